@@ -189,11 +189,12 @@ pub struct SharedBus(Arc<Shared>);
 impl SharedBus {
     /// A bus with these ports and this number of boards, which runs as fast as possible.
     pub fn new(ports: Vec<Port>, boards: usize) -> Self {
+        let (rendezvous, turns) = Rendezvous::new(boards);
         let state = SharedBusState {
             wire: Wire::new(ports),
             boards: vec![None; boards],
             present: vec![true; boards],
-            turns: Turns::on_this_machine(boards),
+            turns,
             at_ns: QUANTUM_NS,
             quantum_ns: QUANTUM_NS,
             quiet_until_ns: 0,
@@ -205,7 +206,7 @@ impl SharedBus {
                 began: None,
                 next_ns: QUANTUM_NS,
             }),
-            rendezvous: Rendezvous::new(boards),
+            rendezvous,
         }))
     }
 
@@ -318,7 +319,7 @@ impl Drop for BusConnection {
         let mut state = shared.lock();
         state.present[self.index] = false;
         state.boards[self.index] = None;
-        let next = state.turns.leave();
+        let next = state.turns.leave(self.index);
         shared.synchronise(state, next);
     }
 }

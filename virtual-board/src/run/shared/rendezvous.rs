@@ -1,24 +1,34 @@
 //! Threads that wait for each other some ten thousand times a second.
 //!
 //! As many threads run as there are processors. One that waits for the others hands its processor
-//! to one that has not run yet, so that no thread competes for a processor while it runs.
+//! to one that has not run yet, so that no thread competes for a processor while it runs. A thread
+//! on the same processor is the fastest to wake: each thread keeps to its own.
+
+mod processors;
 
 use std::hint;
-use std::num::NonZeroUsize;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, Thread};
 use std::time::Duration;
+
+use self::processors::Processors;
 
 /// Number of times that a thread whose processor no other thread needs looks for its turn before it
 /// sleeps: waking a thread, and more so a processor, takes longer than the other threads need to
 /// reach the end of the round, some ten microseconds.
 const LOOKS: u32 = 2_000;
 
-/// Which threads run in a round, by their indices.
+/// Which threads run in a round, by their indices. Each has one of the processors, which runs one of
+/// its threads at a time.
 #[derive(Debug)]
 pub(super) struct Turns {
-    processors: usize,
+    processors: Vec<ProcessorTurns>,
+}
+
+/// The threads of a processor.
+#[derive(Debug, Clone, Default)]
+struct ProcessorTurns {
     running: usize,
     /// Those that have not run in this round; the last one is next.
     ready: Vec<usize>,
@@ -29,46 +39,54 @@ pub(super) struct Turns {
 impl Turns {
     /// Before the first round all threads run.
     pub fn new(threads: usize, processors: usize) -> Self {
-        Self {
-            processors,
-            running: threads,
-            ready: Vec::new(),
-            waiting: Vec::new(),
+        let mut processors = vec![ProcessorTurns::default(); processors.max(1)];
+        let count = processors.len();
+        for thread in 0..threads {
+            processors[thread % count].running += 1;
         }
-    }
-
-    /// One for each processor of this machine.
-    pub fn on_this_machine(threads: usize) -> Self {
-        let processors = thread::available_parallelism().map_or(1, NonZeroUsize::get);
-        Self::new(threads, processors)
+        Self { processors }
     }
 
     /// A running thread waits for the end of the round. Returns the one that runs in its place.
     pub fn wait(&mut self, thread: usize) -> Option<usize> {
-        self.waiting.push(thread);
-        self.leave()
+        self.of(thread).waiting.push(thread);
+        self.leave(thread)
     }
 
     /// A running thread ends. Returns the one that runs in its place.
-    pub fn leave(&mut self) -> Option<usize> {
-        self.running -= 1;
-        self.next()
+    pub fn leave(&mut self, thread: usize) -> Option<usize> {
+        let turns = self.of(thread);
+        turns.running -= 1;
+        turns.next()
     }
 
     /// Number of threads that wait for the end of the round.
     pub fn waiting(&self) -> usize {
-        self.waiting.len()
+        self.processors
+            .iter()
+            .map(|turns| turns.waiting.len())
+            .sum()
     }
 
-    /// Begins the next round, when all threads wait: those that run first, which are the last ones
-    /// to have come, as they are the least likely to sleep.
+    /// Begins the next round, when all threads wait: the first ones to run, which are the last ones
+    /// of each processor to have come, as they are the least likely to sleep.
     pub fn begin_round(&mut self) -> Vec<usize> {
-        self.ready.append(&mut self.waiting);
-        core::iter::from_fn(|| self.next()).collect()
+        let first = |turns: &mut ProcessorTurns| {
+            turns.ready.append(&mut turns.waiting);
+            turns.next()
+        };
+        self.processors.iter_mut().filter_map(first).collect()
     }
 
+    fn of(&mut self, thread: usize) -> &mut ProcessorTurns {
+        let count = self.processors.len();
+        &mut self.processors[thread % count]
+    }
+}
+
+impl ProcessorTurns {
     fn next(&mut self) -> Option<usize> {
-        if self.running >= self.processors {
+        if self.running > 0 {
             return None;
         }
         let next = self.ready.pop()?;
@@ -88,21 +106,34 @@ struct Slot {
 #[derive(Debug)]
 pub(super) struct Rendezvous {
     slots: Vec<Slot>,
+    processors: Processors,
     /// The round ends after a pause.
     is_paused: AtomicBool,
 }
 
 impl Rendezvous {
-    pub fn new(threads: usize) -> Self {
-        Self {
+    /// For this number of threads, on the processors that this thread may use; with their turns.
+    pub fn new(threads: usize) -> (Self, Turns) {
+        let processors = Processors::available();
+        let turns = Turns::new(threads, processors.count());
+        let rendezvous = Self {
             slots: (0..threads).map(|_| Slot::default()).collect(),
+            processors,
             is_paused: AtomicBool::new(false),
-        }
+        };
+        (rendezvous, turns)
     }
 
     /// This thread has this index. To be called before any other one can let it run.
     pub fn join(&self, index: usize) {
-        self.slots[index].thread.get_or_init(thread::current);
+        self.slots[index].thread.get_or_init(|| {
+            let count = self.processors.count();
+            // The system places fewer threads better.
+            if self.slots.len() > count {
+                self.processors.keep(index % count);
+            }
+            thread::current()
+        });
     }
 
     /// Sleeps while the other threads wait. They sleep as well.
@@ -155,13 +186,13 @@ mod tests {
         for thread in 0..4 {
             assert_eq!(turns.wait(thread), None);
         }
-        assert_eq!(turns.begin_round(), [3, 2]);
-        assert_eq!(turns.wait(2), Some(1));
-        assert_eq!(turns.leave(), Some(0));
+        assert_eq!(turns.begin_round(), [2, 3]);
+        assert_eq!(turns.wait(2), Some(0));
+        assert_eq!(turns.leave(3), Some(1));
         assert_eq!(turns.wait(0), None);
         assert_eq!(turns.wait(1), None);
         assert_eq!(turns.waiting(), 3);
-        assert_eq!(turns.begin_round(), [1, 0]);
+        assert_eq!(turns.begin_round(), [0, 1]);
     }
 
     /// More threads than processors.
@@ -170,7 +201,8 @@ mod tests {
 
     #[test]
     fn no_thread_passes_the_end_of_a_round_before_all_have_come_and_no_more_than_may_run_at_once() {
-        let rendezvous = Arc::new(Rendezvous::new(THREADS));
+        let (rendezvous, _) = Rendezvous::new(THREADS);
+        let rendezvous = Arc::new(rendezvous);
         let turns = Arc::new(Mutex::new(Turns::new(THREADS, 2)));
         let total = Arc::new(AtomicU64::new(0));
         let running = Arc::new(AtomicUsize::new(0));
@@ -199,7 +231,7 @@ mod tests {
                     assert!(total.load(Ordering::Relaxed) >= (round + 1) * THREADS as u64);
                 }
                 // In the last round each lets the next one end.
-                let next = turns.lock().unwrap().leave();
+                let next = turns.lock().unwrap().leave(index);
                 next.into_iter().for_each(|next| rendezvous.resume(next));
             })
         };
