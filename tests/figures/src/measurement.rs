@@ -29,7 +29,7 @@ pub static MEASUREMENTS: [Measurement; 7] = [
     Measurement {
         what: "Flash, SRAM and stack of the boards' programs",
         arguments: "test-all --test elf -- --nocapture --test-threads 1 below_their_limits",
-        markers: &["actuator-board", "comm-board", "flash "],
+        markers: &["actuator-board", "bring-up", "comm-board", "flash "],
     },
     Measurement {
         what: "Instructions of a control period on the board",
