@@ -328,6 +328,12 @@ impl Application {
             self.log.latch(fault, self.telemetry.tick);
             match (self.reaction(fault), self.state) {
                 (Reaction::QuickStop, BoardState::Enabled) => self.stop(BoardState::FaultReaction),
+                // The ramp has ended: the shaft is held, or a load turns it.
+                (Reaction::QuickStop, BoardState::QuickStop)
+                    if self.stopping.holds_at().is_some() =>
+                {
+                    self.stop(BoardState::FaultReaction)
+                }
                 // The ramp is already running.
                 (Reaction::QuickStop, BoardState::QuickStop) => {
                     self.state = BoardState::FaultReaction

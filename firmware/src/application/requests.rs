@@ -143,6 +143,7 @@ impl Application {
     }
 
     fn disable(&mut self) {
+        self.back_emf_stop = None;
         self.state = match self.state {
             BoardState::Enabled | BoardState::QuickStop => BoardState::Disabled,
             BoardState::FaultReaction => BoardState::Fault,

@@ -19,16 +19,16 @@ const NO_SIGNAL: u8 = 255;
 
 /// What a master commands.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Commands {
-    pub controlword: u16,
-    pub mode: i8,
-    pub target_position_mdeg: i32,
-    pub target_velocity_mdeg_s: i32,
-    pub velocity_offset_mdeg_s: i32,
+pub struct Commands {
+    pub(super) controlword: u16,
+    pub(super) mode: i8,
+    pub(super) target_position_mdeg: i32,
+    pub(super) target_velocity_mdeg_s: i32,
+    pub(super) velocity_offset_mdeg_s: i32,
     /// The target position was written since the last control period.
-    pub is_new_position: bool,
+    pub(super) is_new_position: bool,
     /// The target velocity or its offset was written since the last control period.
-    pub is_new_velocity: bool,
+    pub(super) is_new_velocity: bool,
 }
 
 impl Commands {

@@ -52,6 +52,7 @@ use canopen::{
 };
 
 pub use command_state::CommandState;
+pub use commands::Commands;
 pub use control::Control;
 pub use device::{Device, RPDOS, TPDOS};
 pub use emergency::emergency_frame;
@@ -68,7 +69,6 @@ use crate::{
     parameters::ObjectValues,
     timing::thousandths,
 };
-use commands::Commands;
 use failsafe::Failsafe;
 use model::MotorModel;
 use motion::Motion;
@@ -153,6 +153,11 @@ impl<'a> Drive<'a> {
     /// The parameters of the axis.
     pub fn axis_parameters(&self) -> &Parameters {
         &self.control.axis_parameters
+    }
+
+    /// What a master commands.
+    pub fn commands(&self) -> &Commands {
+        &self.commands
     }
 
     /// Application and axis.

@@ -2,13 +2,14 @@
 
 use canopen::cia402::Axis;
 
-use super::{Drive, motion::Motion};
+use super::{Drive, commands::Commands, motion::Motion};
 use crate::application::ControlState;
 
-/// State of axis and loop after a control step. Two computations of a step from the same state and
+/// Commands, and state of axis and loop, after a control step. Two computations of a step from the same state and
 /// samples make the same one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepState {
+    commands: Commands,
     axis: Axis,
     motion: Motion,
     control: ControlState,
@@ -18,6 +19,7 @@ impl Drive<'_> {
     /// The state after the last control step.
     pub fn step_state(&self) -> StepState {
         StepState {
+            commands: self.commands,
             axis: self.control.axis,
             motion: self.motion,
             control: self.control.application.control_state(),

@@ -1,11 +1,12 @@
 //! What a call for the bus accesses rarely must not change while the CANopen device is in use.
 
 use canopen::{Counted, PdoTable};
-use firmware::drive::{Control, Device, RPDOS, TPDOS};
+use firmware::drive::{Commands, Control, Device, RPDOS, TPDOS};
 
 use super::words::checksum_of;
 
-/// The bounds of the loops of both checksums rely on these sizes: 44 and 28 times eight words.
+/// The bounds of the loops of the checksums rely on these sizes: 3, 44 and 28 times eight words.
+const _: () = assert!(size_of::<Commands>() <= 3 * 32);
 const _: () = assert!(size_of::<Control>() <= 44 * 32);
 const _: () = assert!(size_of::<PdoTable<RPDOS, TPDOS>>() <= 28 * 32);
 
@@ -59,6 +60,12 @@ impl CountedSeal {
     fn leads_to(self, later: Self) -> bool {
         self.accesses != later.accesses || self.checksum == later.checksum
     }
+}
+
+/// The checksum of the commands to the drive.
+#[inline(never)]
+pub fn checksum_of_commands(device: &Device<'_>) -> u32 {
+    checksum_of(device.drive.commands())
 }
 
 #[inline(never)]

@@ -19,7 +19,7 @@ use self::reception::{communicate, is_process_data, receive_twice};
 use super::{
     background::StepReport,
     bus_status,
-    call_seal::CallSeal,
+    call_seal::{CallSeal, checksum_of_commands},
     program_check,
     queues::DeviceEnds,
     sealed::{Restored, Sealed},
@@ -144,7 +144,7 @@ impl CanopenTask {
                     // A wrong result may have switched the bridge off.
                     self.begin_shutdown(Fault::DataCorrupt, is_driven || self.was_driven);
                 }
-                self.device.seal();
+                self.seal(is_driven || self.was_driven);
             }
             None => {
                 let is_intact = self.device.unseal_and_copy();
@@ -202,6 +202,17 @@ impl CanopenTask {
         self.call_seal.is_some()
     }
 
+    /// Ends a use of the device. Until its checksum is computed no check value protects the
+    /// commands: they are compared around it.
+    fn seal(&mut self, is_driven: bool) {
+        let commands = checksum_of_commands(self.device.get());
+        self.device.seal();
+        if checksum_of_commands(self.device.get()) != commands {
+            self.begin_shutdown(Fault::DataCorrupt, is_driven);
+        }
+    }
+
+    #[inline(never)]
     fn begin_shutdown(&mut self, fault: Fault, is_driven: bool) {
         let node_id = self.node_id;
         self.shutdown
@@ -290,7 +301,7 @@ impl CanopenTask {
         } else {
             self.begin_shutdown(Fault::DataCorrupt, is_driven);
         }
-        self.device.seal();
+        self.seal(is_driven);
         self.queues.to_transmit.has_waiting() || self.queues.process_data.has_waiting()
     }
 

@@ -220,6 +220,39 @@ fn a_fault_that_stops_the_shaft_by_the_ramp_leaves_a_quick_stop_on_its_ramp() {
     assert!(board.outputs.telemetry.rate.abs() < rate(5.0));
 }
 
+/// The periods of the reaction to an over-temperature two periods after a quick stop has ended by
+/// its time limit of 100 ms, 25 periods, and holds the shaft, which still turns. The encoder is lost
+/// after so many periods of the reaction.
+fn reaction_after_a_hold(encoder_periods: usize) -> usize {
+    let mut board = TestBoard::turning();
+    let stop = &mut board.application.parameters.stop;
+    stop.quick_stop_hold = 1;
+    stop.quick_stop_ms = 100;
+    stop.quick_stop_deceleration_deg_s2 = 500;
+    for since in 0..periods_until(Fault::OverTemperature) - 28 {
+        board.step_with(|samples| provoke(Fault::OverTemperature, samples, since));
+    }
+    board.request(Request::QuickStop);
+    let mut states = Vec::new();
+    while board.outputs.state != BoardState::Fault {
+        let is_lost = states.len() > 27 + encoder_periods;
+        let outputs = board.step_with(|samples| {
+            provoke(Fault::OverTemperature, samples, 0);
+            samples.encoder = samples.encoder.filter(|_| !is_lost);
+        });
+        states.push(outputs.state);
+    }
+    let (stop, reaction) = states.split_at(27);
+    assert!(stop.iter().all(|state| *state == BoardState::QuickStop));
+    reaction.len()
+}
+
+#[test]
+fn a_fault_reaction_after_a_quick_stop_that_holds_has_its_whole_time_and_no_more() {
+    assert_eq!(reaction_after_a_hold(100), 25);
+    assert_eq!(reaction_after_a_hold(12), 25);
+}
+
 #[test]
 fn a_second_fault_that_stops_the_shaft_by_the_ramp_leaves_the_first_on_its_ramp() {
     let delays = [Fault::OverTemperature, Fault::MagnetWeak].map(|f| (f, periods_until(f)));
