@@ -205,7 +205,8 @@ impl EmergencyProducer {
     fn send(&mut self, code: ErrorCode, register: u8, error: Emergency) {
         let [low, high] = code.0.to_le_bytes();
         let [a, b, c, d] = error.information;
-        // An error beyond those that can be active is not in the register; the generic bit is.
+        // An error beyond those that can be active is missing from the register, but its generic
+        // bit is set.
         let bits = self.register() | register;
         // If the queue is full, the error is only in the history.
         self.queue

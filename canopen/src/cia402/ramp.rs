@@ -251,15 +251,15 @@ fn braking_velocity(distance: u64, deceleration_step: i64, period_us: u32) -> i6
     let ratio = (travel * 8).checked_div(deceleration_step).unwrap_or(0);
     let ratio = ratio.saturating_add(1);
     let mut k = (rough_square_root(ratio) - 1) / 2;
-    // The root is low by its 2^-15 at most: by n <= k/2^15 here, by none for a smaller k.
+    // The root is low by its 2^-15 at most: by n <= (k + 1)/2^15 here, by none for a smaller k.
     if k >= 1 << 14 {
         let left = travel.saturating_sub(saved(k));
         k += left.checked_div(deceleration_step * (k + 1)).unwrap_or(0);
         // What n further periods save, n (k + 1) + n (n - 1)/2 steps, is taken for its first term.
         // The second, divided by k^2, is what the velocity becomes too high: below
-        // deceleration_step/2^31, and with n >= 2, k >= 2^16 below half an increment.
+        // deceleration_step/2^31, and with n >= 2, k + 1 >= 2^16 below half an increment.
     }
-    // Both below 2^62, as k < 2^31.
+    // Both terms are below 2^62, and k + 1 fits into 32 bits.
     let numerator = travel + saved(k);
     let velocity = divide(numerator as i64, (k + 1) as u32).unsigned_abs();
     velocity.min(VELOCITY_MAX as u64) as i64

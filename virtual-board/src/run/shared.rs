@@ -5,8 +5,8 @@
 //! reports whether it has a frame to transmit and since when, and arbitration takes place at the
 //! earliest of these instants. Without a frame to transmit they synchronise after [`QUANTUM_NS`],
 //! which is less than the shortest frame: a frame that began within the quantum has not ended, and
-//! has not affected the other boards yet. While the cores of all boards sleep, they synchronise as
-//! long after something may wake the first of them. Arbitration, acknowledgement and the instants of
+//! has not affected the other boards yet. While the cores of all boards sleep, they synchronise one
+//! quantum after the first instant at which something may wake one of them. Arbitration, acknowledgement and the instants of
 //! frames are therefore exact to the nanosecond. Only an error frame, which is shorter, may be
 //! detected up to a quantum after its end.
 //!
@@ -57,7 +57,7 @@ struct SyncOutcome {
 #[derive(Debug)]
 struct SharedBusState {
     wire: Wire,
-    /// `None` for a board that has not reached the synchronisation, or has left the bus.
+    /// `None` before the first synchronisation of a board, and after it has left the bus.
     boards: Vec<Option<StationState>>,
     present: Vec<bool>,
     turns: Turns,
@@ -163,8 +163,8 @@ impl Shared {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Synchronises if all boards have reached it. Then, or else in place of a board that has just
-    /// stopped, others run.
+    /// If all boards have reached it, synchronises and begins the next round; otherwise resumes
+    /// `next`.
     fn synchronise(&self, mut state: MutexGuard<'_, SharedBusState>, next: Option<usize>) {
         let mut resumed: Vec<_> = next.into_iter().collect();
         if state.is_complete() {

@@ -31,10 +31,13 @@ impl Processors {
         self.count
     }
 
-    /// From now on this thread runs on the processor of this index, if the system allows it.
+    /// From now on this thread runs on the processor of this index, if the system allows it, and
+    /// unless a quota limits the time of more processors.
     pub fn keep(&self, index: usize) {
         #[cfg(target_os = "linux")]
-        if let Some(number) = self.numbers.get(index) {
+        if self.numbers.len() == self.count
+            && let Some(number) = self.numbers.get(index)
+        {
             let mut set = CpuSet::new();
             set.set(*number);
             // Without it the thread is only slower.
