@@ -218,6 +218,22 @@ fn a_stop_by_the_back_emf_has_its_whole_time_after_an_earlier_quick_stop() {
 }
 
 #[test]
+fn a_stop_by_the_back_emf_does_not_outlast_a_drive_that_is_disabled_and_enabled_between_two_steps()
+{
+    let mut board = TestBoard::turning();
+    while board.step_with(|samples| samples.encoder = None).state == BoardState::Enabled {}
+    assert_eq!(board.steps(55).state, BoardState::FaultReaction);
+    for request in [Request::Disable, Request::Acknowledge, Request::Enable] {
+        board.request(request);
+    }
+    assert_eq!(board.steps(300).state, BoardState::Enabled);
+    assert!(board.rate_deg_s() > 270.0);
+    // The next stop has its whole time.
+    while board.step_with(|samples| samples.encoder = None).state != BoardState::Fault {}
+    assert!(board.rate_deg_s() < 5.0, "{} deg/s", board.rate_deg_s());
+}
+
+#[test]
 fn an_encoder_that_is_lost_while_the_shaft_is_held_starts_a_stop_of_its_own() {
     let mut parameters = BoardParameters::DEFAULT;
     parameters.stop.quick_stop_hold = 1;
