@@ -2,6 +2,8 @@
 //! device is in use.
 
 use board_tests::frames::faults;
+use board_tests::program::{firmware, run_master};
+use virtual_board::run::Options;
 
 use crate::disturbed::{DATA_CORRUPT, DURATION_MS, ENTRIES, Flip, STEP, frames, run};
 use crate::repeated_step::{changing_words, device_words};
@@ -19,10 +21,15 @@ const CALLS: [Entry; 2] = [("communicate", 2 * STEP), ("communicate", 2 * STEP +
 const SECOND_COMPUTATION: Entry = ("device_control", ENTRIES + 2);
 
 /// Whether the board tells a flip of this word at this entry.
-fn is_told(address: u64, (before, entry): Entry) -> bool {
+fn is_told(address: u64, entry: Entry) -> bool {
+    is_bit_told(address, 5, entry)
+}
+
+/// The same of this bit.
+fn is_bit_told(address: u64, bit: u32, (before, entry): Entry) -> bool {
     let flip = Flip {
         address,
-        bit: 5,
+        bit,
         before,
         entry,
     };
@@ -64,4 +71,49 @@ fn a_flip_in_the_mapping_of_a_pdo_during_a_call_or_a_second_computation_is_told(
         tested += 1;
     }
     assert!(tested >= MAPPED.len(), "{tested} mappings");
+}
+
+/// The lowest bit of the mode of operation: its word has the controlword in its lower half.
+const MODE_BIT: u32 = 16;
+
+/// Address of the word with controlword 15 and mode 8.
+fn mode_word() -> u64 {
+    let is_mode = |word: &u32| *word & 0xFF_FFFF == 0x08_000F;
+    let words = device_words().into_iter();
+    let found: Vec<u64> = words
+        .filter(|(_, values)| values.iter().all(is_mode))
+        .map(|(address, _)| address)
+        .collect();
+    assert_eq!(found.len(), 1, "{found:x?}");
+    found[0]
+}
+
+/// The entries of a function in a control period; the name of the function has these parts.
+fn entries_of_a_period(parts: [&str; 2]) -> impl Iterator<Item = Entry> {
+    let has_parts = |name: &&str| parts.iter().all(|part| name.contains(part));
+    let name = firmware().functions().find(has_parts).expect("a function");
+    let options = Options {
+        probes: vec![name.to_owned()],
+        ..Options::for_ms(4 * STEP)
+    };
+    let spans = &run_master(options, frames).spans[name];
+    // Without the entry a period before the last one, which may be some instructions later. The
+    // next one follows no sooner than a pass of the checksum takes, 11 us.
+    let begin_ns = spans[spans.len() - 1].at_ns - 4_000_000 + 5_000;
+    let before = spans.partition_point(|span| span.at_ns <= begin_ns);
+    (before as u64 + 1..=spans.len() as u64).map(move |entry| (name, entry))
+}
+
+#[test]
+fn another_mode_after_its_use_in_a_control_step_or_before_a_pass_of_the_checksum_is_told() {
+    let address = mode_word();
+    // In both computations the law of control follows the use of the mode.
+    let laws: Vec<Entry> = entries_of_a_period(["CascadeState", "5close"]).collect();
+    assert_eq!(laws.len(), 2);
+    // Before a step, in its repetition and after it; at the start and the end of both calls.
+    let passes: Vec<Entry> = entries_of_a_period(["6sealed", "8checksum"]).collect();
+    assert!(passes.len() >= 3 + 2 * 2, "{}", passes.len());
+    for entry in laws.into_iter().chain(passes) {
+        assert!(is_bit_told(address, MODE_BIT, entry), "{entry:?}");
+    }
 }

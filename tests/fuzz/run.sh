@@ -3,7 +3,8 @@
 # tests/device-fuzzing/corpus.txt and from those that an earlier run has found, below target/, and
 # ends, also after an interrupt, by writing the fewest inputs that reach the same code into
 # corpus.txt, a line of results into history.csv, and their sums into docs/trust.md. A violated
-# requirement leaves its input below target/fuzz/artifacts, and the script fails. Not part of CI, which repeats the corpus.
+# requirement leaves its input below target/fuzz/artifacts, and the script fails. Not part of CI,
+# which repeats the corpus.
 # Needs python3, a C++ compiler and `cargo install cargo-fuzz --locked`, of which 0.13.2 was used.
 set -euo pipefail
 cd "$(dirname "$0")/../.."

@@ -5,8 +5,8 @@ use canopen::cia402::Axis;
 use super::{Drive, commands::Commands, motion::Motion};
 use crate::application::ControlState;
 
-/// Commands, and state of axis and loop, after a control step. Two computations of a step from the same state and
-/// samples make the same one.
+/// Commands, and state of axis and loop, after a control step. Two computations of a step from the
+/// same state and samples make the same one.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct StepState {
     commands: Commands,

@@ -126,7 +126,12 @@ impl Experiment {
             || self.judge.told_and_safe_ms() >= SAFE_MS
             || self.equal_digests >= EQUAL_DIGESTS;
         if let Some(reporter) = self.reporter.take_if(|_| is_over) {
-            let verdict = self.judge.verdict(self.injector.pc());
+            let pc = match self.injection.place {
+                // What the injector has is of an earlier injection into the core.
+                Place::Ram | Place::Code => 0,
+                Place::Registers | Place::Instruction | Place::Period => self.injector.pc(),
+            };
+            let verdict = self.judge.verdict(pc);
             let exceptions = self.injector.with_recording(|it| it.exceptions());
             reporter.end(&to_bytes(verdict, &exceptions.unwrap_or_default()));
         }

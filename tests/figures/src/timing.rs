@@ -33,9 +33,10 @@ const PROCESSES: [(&str, &str); 3] = [
 ];
 
 /// Starts of a process before those that are timed, so that its file and those that it reads are in
-/// memory, and those that are timed, of which the median counts: one start alone takes up to twice
-/// as long as the next one.
+/// memory.
 const UNTIMED_STARTS: usize = 3;
+
+/// Starts of a process that are timed; their median is the figure.
 const TIMED_STARTS: usize = 21;
 
 /// Prepared programs and files.

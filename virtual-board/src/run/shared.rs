@@ -189,12 +189,12 @@ pub struct SharedBus(Arc<Shared>);
 impl SharedBus {
     /// A bus with these ports and this number of boards, which runs as fast as possible.
     pub fn new(ports: Vec<Port>, boards: usize) -> Self {
-        let (rendezvous, turns) = Rendezvous::new(boards);
+        let rendezvous = Rendezvous::new(boards);
         let state = SharedBusState {
             wire: Wire::new(ports),
             boards: vec![None; boards],
             present: vec![true; boards],
-            turns,
+            turns: rendezvous.turns(),
             at_ns: QUANTUM_NS,
             quantum_ns: QUANTUM_NS,
             quiet_until_ns: 0,

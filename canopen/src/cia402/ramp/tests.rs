@@ -56,7 +56,7 @@ fn a_target_a_unit_away_is_not_reached_at_once() {
         };
         ramp.to_position(1, &limits, PERIOD_US)
     };
-    // Less than half a unit is none.
+    // A target less than half a unit away is reached.
     assert_eq!(
         [500_000, 500_001, 1_499_999, 1_500_000].map(reaches),
         [false, true, true, false]

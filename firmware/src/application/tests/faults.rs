@@ -221,8 +221,8 @@ fn a_fault_that_stops_the_shaft_by_the_ramp_leaves_a_quick_stop_on_its_ramp() {
 }
 
 /// The periods of the reaction to an over-temperature two periods after a quick stop has ended by
-/// its time limit of 100 ms, 25 periods, and holds the shaft, which still turns. The encoder is lost
-/// after so many periods of the reaction.
+/// its time limit of 100 ms, 25 periods, and holds the shaft, which still turns. The encoder is
+/// lost after so many periods of the reaction.
 fn reaction_after_a_hold(encoder_periods: usize) -> usize {
     let mut board = TestBoard::turning();
     let stop = &mut board.application.parameters.stop;

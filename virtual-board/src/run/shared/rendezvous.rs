@@ -19,8 +19,8 @@ use self::processors::Processors;
 /// reach the end of the round, some ten microseconds.
 const LOOKS: u32 = 2_000;
 
-/// Which threads run in a round, by their indices. Each has one of the processors, which runs one of
-/// its threads at a time.
+/// Which threads run in a round, by their indices. Each belongs to one of the processors, which
+/// runs one of its threads at a time.
 #[derive(Debug)]
 pub(super) struct Turns {
     processors: Vec<ProcessorTurns>,
@@ -55,8 +55,7 @@ impl Turns {
         turns.next()
     }
 
-    /// A thread ends, which also one that waits does by a panic. Returns the one that runs in the
-    /// place of a running one.
+    /// A thread ends; one that waits ends by a panic. Returns the thread that runs in its place.
     pub fn leave(&mut self, thread: usize) -> Option<usize> {
         let turns = self.of(thread);
         let is_other = |other: &usize| *other != thread;
@@ -76,8 +75,8 @@ impl Turns {
             .sum()
     }
 
-    /// Begins the next round, when all threads wait: the first ones to run, which are the last ones
-    /// of each processor to have come, as they are the least likely to sleep.
+    /// Begins the next round when all threads wait. Returns those that run first: of each processor
+    /// the last one to have come, as it is the least likely to sleep.
     pub fn begin_round(&mut self) -> Vec<usize> {
         let first = |turns: &mut ProcessorTurns| {
             turns.ready.append(&mut turns.waiting);
@@ -120,16 +119,18 @@ pub(super) struct Rendezvous {
 }
 
 impl Rendezvous {
-    /// For this number of threads, on the processors that this thread may use; with their turns.
-    pub fn new(threads: usize) -> (Self, Turns) {
-        let processors = Processors::available();
-        let turns = Turns::new(threads, processors.count());
-        let rendezvous = Self {
+    /// For this number of threads, on the processors that this thread may use.
+    pub fn new(threads: usize) -> Self {
+        Self {
             slots: (0..threads).map(|_| Slot::default()).collect(),
-            processors,
+            processors: Processors::available(),
             is_paused: AtomicBool::new(false),
-        };
-        (rendezvous, turns)
+        }
+    }
+
+    /// The turns of the threads before the first round.
+    pub fn turns(&self) -> Turns {
+        Turns::new(self.slots.len(), self.processors.count())
     }
 
     /// This thread has this index. To be called before any other one can let it run.
@@ -223,8 +224,7 @@ mod tests {
 
     #[test]
     fn no_thread_passes_the_end_of_a_round_before_all_have_come_and_no_more_than_may_run_at_once() {
-        let (rendezvous, _) = Rendezvous::new(THREADS);
-        let rendezvous = Arc::new(rendezvous);
+        let rendezvous = Arc::new(Rendezvous::new(THREADS));
         let turns = Arc::new(Mutex::new(Turns::new(THREADS, 2)));
         let total = Arc::new(AtomicU64::new(0));
         let running = Arc::new(AtomicUsize::new(0));

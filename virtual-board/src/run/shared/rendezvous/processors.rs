@@ -1,6 +1,9 @@
 //! The processors of a run, and which of them a thread keeps to. Where the operating system offers
 //! no choice, it places the threads itself.
 
+use std::num::NonZeroUsize;
+use std::thread;
+
 #[cfg(target_os = "linux")]
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
@@ -15,7 +18,7 @@ pub(super) struct Processors {
 impl Processors {
     /// Those of the thread that calls this.
     pub fn available() -> Self {
-        let count = std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get);
+        let count = thread::available_parallelism().map_or(1, NonZeroUsize::get);
         Self {
             count,
             #[cfg(target_os = "linux")]
@@ -31,8 +34,9 @@ impl Processors {
         self.count
     }
 
-    /// From now on this thread runs on the processor of this index, if the system allows it, and
-    /// unless a quota limits the time of more processors.
+    /// From now on this thread runs on the processor of this index, if the system allows it. Under
+    /// a quota, which gives less time than the processors have, all may be needed: no thread keeps
+    /// to one.
     pub fn keep(&self, index: usize) {
         #[cfg(target_os = "linux")]
         if self.numbers.len() == self.count
@@ -60,7 +64,7 @@ mod tests {
             processors.keep(last);
             sched_getaffinity(None).expect("a set of processors")
         };
-        let set = std::thread::scope(|scope| scope.spawn(run).join().expect("no panic"));
+        let set = thread::scope(|scope| scope.spawn(run).join().expect("no panic"));
         assert_eq!(set.count(), 1);
         assert!(set.is_set(processors.numbers[last]));
     }
