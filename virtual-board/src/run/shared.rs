@@ -6,9 +6,9 @@
 //! earliest of these instants. Without a frame to transmit they synchronise after [`QUANTUM_NS`],
 //! which is less than the shortest frame: a frame that began within the quantum has not ended, and
 //! has not affected the other boards yet. While the cores of all boards sleep, they synchronise one
-//! quantum after the first instant at which something may wake one of them. Arbitration, acknowledgement and the instants of
-//! frames are therefore exact to the nanosecond. Only an error frame, which is shorter, may be
-//! detected up to a quantum after its end.
+//! quantum after the first instant at which something may wake one of them. Arbitration,
+//! acknowledgement and the instants of frames are therefore exact to the nanosecond. Only an error
+//! frame, which is shorter, may be detected up to a quantum after its end.
 //!
 //! The same programs and scripts give the same frames, however the threads are scheduled.
 
