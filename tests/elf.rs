@@ -29,14 +29,14 @@ const PROGRAMS: [Program; 4] = [
         elf: board_elf,
         script: F427,
         // The slot has 224 KiB, and the buffer of a download 160 KiB.
-        flash: 112 * 1024,
+        flash: 116 * 1024,
         ram: 16 * 1024,
     },
     Program {
         name: "actuator-board-h743",
         elf: board_h743_elf,
         script: H743,
-        flash: 112 * 1024,
+        flash: 116 * 1024,
         ram: 16 * 1024,
     },
     Program {

@@ -88,13 +88,14 @@ fn mode_word() -> u64 {
     found[0]
 }
 
-/// The entries of a function in a control period; the name of the function has these parts.
+/// The entries of a function in the control period of the flips, in which the master sends process
+/// data; the name of the function has these parts.
 fn entries_of_a_period(parts: [&str; 2]) -> impl Iterator<Item = Entry> {
     let has_parts = |name: &&str| parts.iter().all(|part| name.contains(part));
     let name = firmware().functions().find(has_parts).expect("a function");
     let options = Options {
         probes: vec![name.to_owned()],
-        ..Options::for_ms(4 * STEP)
+        ..Options::for_ms(4 * (STEP + 2))
     };
     let spans = &run_master(options, frames).spans[name];
     // Without the entry a period before the last one, which may be some instructions later. The
@@ -114,6 +115,17 @@ fn another_mode_after_its_use_in_a_control_step_or_before_a_pass_of_the_checksum
     let passes: Vec<Entry> = entries_of_a_period(["6sealed", "8checksum"]).collect();
     assert!(passes.len() >= 3 + 2 * 2, "{}", passes.len());
     for entry in laws.into_iter().chain(passes) {
+        assert!(is_bit_told(address, MODE_BIT, entry), "{entry:?}");
+    }
+}
+
+#[test]
+fn another_mode_during_a_call_for_the_bus_or_before_a_seal_for_the_calls_is_told() {
+    let address = mode_word();
+    // Three after a step, one after process data, and two at the end of each call.
+    let seals: Vec<Entry> = entries_of_a_period(["call_seal", "20checksum_of_commands"]).collect();
+    assert!(seals.len() >= 3 + 1 + 2 * 2, "{}", seals.len());
+    for entry in CALLS.into_iter().chain(seals) {
         assert!(is_bit_told(address, MODE_BIT, entry), "{entry:?}");
     }
 }

@@ -18,7 +18,7 @@ impl Device<'_> {
     /// The commands after the last received frame.
     pub fn command_state(&self) -> CommandState {
         CommandState {
-            commands: self.drive.commands,
+            commands: *self.drive.commands,
             failsafe: self.drive.failsafe,
             parameters: self.drive.control.axis_parameters,
             buffered: self.node().buffered_process_data(),

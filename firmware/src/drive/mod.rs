@@ -86,7 +86,7 @@ fn ripple(values: &ObjectValues) -> Ripple {
 pub struct Drive<'a> {
     control: Counted<Control>,
     capture: Capture<'a>,
-    commands: Commands,
+    commands: Counted<Commands>,
     values: ObjectValues,
     motion: Motion,
     failsafe: Failsafe,
@@ -128,7 +128,7 @@ impl<'a> Drive<'a> {
                 application,
             }),
             capture: Capture::new(buffer),
-            commands: Commands::DEFAULT,
+            commands: Counted::new(Commands::DEFAULT),
             motion: Motion::default(),
             failsafe: Failsafe::default(),
             model: MotorModel::default(),
@@ -156,7 +156,7 @@ impl<'a> Drive<'a> {
     }
 
     /// What a master commands.
-    pub fn commands(&self) -> &Commands {
+    pub fn commands(&self) -> &Counted<Commands> {
         &self.commands
     }
 
@@ -220,7 +220,7 @@ impl<'a> Drive<'a> {
         self.control.application =
             Application::with_ripple(stored.board, start, ripple(&self.values));
         self.control.axis = Axis::new();
-        self.commands = Commands::DEFAULT;
+        *self.commands = Commands::DEFAULT;
         self.motion = Motion::default();
         self.failsafe = Failsafe::default();
         self.model = MotorModel::default();

@@ -19,7 +19,7 @@ impl Drive<'_> {
     /// The state after the last control step.
     pub fn step_state(&self) -> StepState {
         StepState {
-            commands: self.commands,
+            commands: *self.commands,
             axis: self.control.axis,
             motion: self.motion,
             control: self.control.application.control_state(),

@@ -1,5 +1,7 @@
 //! What a call for the bus accesses rarely must not change while the CANopen device is in use.
 
+use core::mem::replace;
+
 use canopen::{Counted, PdoTable};
 use firmware::drive::{Commands, Control, Device, RPDOS, TPDOS};
 
@@ -10,34 +12,48 @@ const _: () = assert!(size_of::<Commands>() <= 3 * 32);
 const _: () = assert!(size_of::<Control>() <= 44 * 32);
 const _: () = assert!(size_of::<PdoTable<RPDOS, TPDOS>>() <= 28 * 32);
 
-/// Seals of application and axis, and of the parameters of the PDOs.
-#[derive(Clone, Copy)]
+/// Seals of application and axis, of the parameters of the PDOs, and of the commands to the drive.
 pub struct CallSeal {
     control: CountedSeal,
     pdos: CountedSeal,
+    commands: CountedSeal,
 }
 
 impl CallSeal {
     /// The seal of the present values.
+    #[inline(never)]
     pub fn new(device: &Device<'_>) -> Self {
         Self {
             control: CountedSeal::new(device.drive.control(), checksum_of_control),
             pdos: CountedSeal::new(device.node().pdo_table(), checksum_of_pdos),
+            commands: CountedSeal::new(device.drive.commands(), checksum_of_commands),
         }
     }
 
-    /// The seal of the present values; `None` if any of them has changed without an access.
-    pub fn renew(self, device: &Device<'_>) -> Option<Self> {
-        let present = Self::new(device);
-        let is_intact = self.control.leads_to(present.control) && self.pdos.leads_to(present.pdos);
-        is_intact.then_some(present)
+    /// Becomes the seal of the present values; returns whether none of them has changed without an
+    /// access.
+    pub fn renew(&mut self, device: &Device<'_>) -> bool {
+        let before = replace(self, Self::new(device));
+        before.control.leads_to(self.control)
+            && before.pdos.leads_to(self.pdos)
+            && before.commands.leads_to(self.commands)
     }
 
-    /// The seal after a control step, which may change application and axis but no parameter of a
-    /// PDO; `None` if one has changed without an access.
-    pub fn renew_after_step(self, device: &Device<'_>) -> Option<Self> {
-        let present = Self::new(device);
-        self.pdos.leads_to(present.pdos).then_some(present)
+    /// The same after a control step, which may change application and axis.
+    pub fn renew_after_step(&mut self, device: &Device<'_>) -> bool {
+        let before = replace(self, Self::new(device));
+        before.pdos.leads_to(self.pdos) && before.commands.leads_to(self.commands)
+    }
+
+    /// Seals the commands that received frames or a control step have made.
+    pub fn renew_commands(&mut self, device: &Device<'_>) {
+        self.commands = CountedSeal::new(device.drive.commands(), checksum_of_commands);
+    }
+
+    /// Whether the commands have not changed without an access.
+    pub fn are_commands_intact(&self, device: &Device<'_>) -> bool {
+        let present = CountedSeal::new(device.drive.commands(), checksum_of_commands);
+        self.commands.leads_to(present)
     }
 }
 
@@ -62,12 +78,6 @@ impl CountedSeal {
     }
 }
 
-/// The checksum of the commands to the drive.
-#[inline(never)]
-pub fn checksum_of_commands(device: &Device<'_>) -> u32 {
-    checksum_of(device.drive.commands())
-}
-
 #[inline(never)]
 fn checksum_of_control(control: &Control) -> u32 {
     checksum_of(control)
@@ -76,4 +86,9 @@ fn checksum_of_control(control: &Control) -> u32 {
 #[inline(never)]
 fn checksum_of_pdos(table: &PdoTable<RPDOS, TPDOS>) -> u32 {
     checksum_of(table)
+}
+
+#[inline(never)]
+fn checksum_of_commands(commands: &Commands) -> u32 {
+    checksum_of(commands)
 }

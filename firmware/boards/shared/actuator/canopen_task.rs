@@ -19,7 +19,7 @@ use self::reception::{communicate, is_process_data, receive_twice};
 use super::{
     background::StepReport,
     bus_status,
-    call_seal::{CallSeal, checksum_of_commands},
+    call_seal::CallSeal,
     program_check,
     queues::DeviceEnds,
     sealed::{Restored, Sealed},
@@ -46,8 +46,8 @@ struct LastStep {
 pub struct CanopenTask {
     /// Sealed between two uses.
     device: Sealed<Device<'static>>,
-    /// Seal for the calls since the last control step; none before the first one.
-    call_seal: Option<CallSeal>,
+    /// Seal for the calls since the last control step.
+    call_seal: CallSeal,
     /// Whether the motor was driven before the last control step.
     was_driven: bool,
     /// The last control step, until it has been computed a second time.
@@ -111,15 +111,15 @@ fn apply_timing(device: &mut Device<'static>, is_late: bool, starved_periods: u3
 impl CanopenTask {
     /// The task of a device, with the filter of its frames.
     pub fn new(
-        device: Sealed<Device<'static>>,
+        mut device: Sealed<Device<'static>>,
         watchdog: WatchdogSupervisor,
         queues: DeviceEnds,
         set_to_save: &'static mut StoredParameters,
         acceptance: Acceptance,
     ) -> Self {
         Self {
+            call_seal: CallSeal::new(device.get()),
             device,
-            call_seal: None,
             was_driven: false,
             last_step: None,
             shutdown: None,
@@ -140,7 +140,8 @@ impl CanopenTask {
         match self.last_step.take() {
             Some(step) => {
                 let is_same = self.repeat(&step);
-                if !(is_same && self.renew_seal_after_step()) {
+                let is_intact = self.call_seal.renew_after_step(self.device.get());
+                if !(is_same && is_intact) {
                     // A wrong result may have switched the bridge off.
                     self.begin_shutdown(Fault::DataCorrupt, is_driven || self.was_driven);
                 }
@@ -165,6 +166,8 @@ impl CanopenTask {
         }
         let device = self.device.get();
         let outputs = device_control(device, &step.samples);
+        // Before the comparison: a change before or after it is noticed.
+        self.call_seal.renew_commands(device);
         let is_same = (outputs, device.drive.step_state()) == (step.outputs, state);
         apply_timing(device, step.is_late, step.starved_periods);
         is_same
@@ -181,33 +184,11 @@ impl CanopenTask {
         }
     }
 
-    /// Seals application, axis and the parameters of the PDOs for the calls until the next control
-    /// step; returns whether the parameters of the PDOs are as the last call has left them.
-    fn renew_seal_after_step(&mut self) -> bool {
-        let device = self.device.get();
-        self.call_seal = match self.call_seal {
-            Some(before) => before.renew_after_step(device),
-            None => Some(CallSeal::new(device)),
-        };
-        self.call_seal.is_some()
-    }
-
-    /// Whether application, axis and the parameters of the PDOs are as the last control step has
-    /// left them, or as a call has changed them. Called before anything of them is stored.
-    fn is_call_intact(&mut self) -> bool {
-        let Some(before) = self.call_seal else {
-            return true;
-        };
-        self.call_seal = before.renew(self.device.get());
-        self.call_seal.is_some()
-    }
-
-    /// Ends a use of the device. Until its checksum is computed no check value protects the
-    /// commands: they are compared around it.
+    /// Ends a use of the device. Until its checksum is computed the seal of the calls protects the
+    /// commands.
     fn seal(&mut self, is_driven: bool) {
-        let commands = checksum_of_commands(self.device.get());
         self.device.seal();
-        if checksum_of_commands(self.device.get()) != commands {
+        if !self.call_seal.are_commands_intact(self.device.get()) {
             self.begin_shutdown(Fault::DataCorrupt, is_driven);
         }
     }
@@ -292,7 +273,7 @@ impl CanopenTask {
         self.update_diagnostics();
         self.discard_stale();
         communicate(self, now_us, start);
-        if self.is_call_intact() {
+        if self.call_seal.renew(self.device.get()) {
             self.exchange_with_store();
             self.exchange_with_updater();
             self.update_controller();

@@ -82,6 +82,7 @@ pub(super) fn communicate(task: &mut CanopenTask, now_us: u64, start: Option<u32
 pub(super) fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
     let CanopenTask {
         device: sealed,
+        call_seal,
         queues,
         ..
     } = task;
@@ -98,6 +99,8 @@ pub(super) fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
     if receive_process_data(device, &frames, now_us) < frames.len() {
         bus_status::count_lost_frame();
     }
+    // Before the comparison: a change before or after it is noticed.
+    call_seal.renew_commands(device);
     let is_same = device.command_state() == commands;
     queue_frames(device, queues);
     is_same
