@@ -221,8 +221,11 @@ fn power_stays_on_until_the_motor_rests_or_its_time_is_over() {
     let mut bench = behind_its_demand();
     bench.input.controlword = 0x02;
     let periods = bench.until(|output| output.demand == Demand::Off);
-    assert!((125..=128).contains(&periods), "{periods}");
+    assert_eq!(periods, LONGEST_STOP_PERIODS);
 }
+
+/// The command, 500 ms from the next period on, the period that ends them, and that without power.
+const LONGEST_STOP_PERIODS: usize = 1 + 125 + 1 + 1;
 
 #[test]
 fn a_stop_has_its_own_time_after_one_that_lasted_long() {
@@ -238,7 +241,6 @@ fn a_stop_has_its_own_time_after_one_that_lasted_long() {
     (bench.input.position_actual, bench.input.velocity_actual) = (10_000, 200_000);
     bench.step();
     bench.input.controlword = 0x02;
-    // 200 deg/s at 24 deg/s per period, then to the end of 500 ms.
     let periods = bench.until(|output| output.demand == Demand::Off);
-    assert!((125..=128).contains(&periods), "{periods}");
+    assert_eq!(periods, LONGEST_STOP_PERIODS);
 }
