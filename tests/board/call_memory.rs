@@ -119,13 +119,36 @@ fn another_mode_after_its_use_in_a_control_step_or_before_a_pass_of_the_checksum
     }
 }
 
+/// The entries of a part of the sealing: at the end of both calls, before the step that follows and
+/// after it; for the commands also after process data.
+fn seal_entries(name: &str, number: usize) -> Vec<Entry> {
+    let entries: Vec<Entry> = entries_of_a_period(["part_seals", name]).collect();
+    assert_eq!(entries.len(), number);
+    entries
+}
+
 #[test]
-fn another_mode_during_a_call_for_the_bus_or_before_a_seal_for_the_calls_is_told() {
+fn a_flip_in_application_or_axis_while_they_are_sealed_or_at_the_end_of_a_call_is_told() {
+    let control = seal_entries("checksum_of_control", 4);
+    let pdos = seal_entries("checksum_of_pdos", 4);
+    let ends: Vec<Entry> = entries_of_a_period(["AcceptedIds", "3new"]).collect();
+    assert_eq!(ends.len(), 2);
+    // A word of them that both computations of a step compare, for the flip after both.
+    let address = (changing_words().into_iter())
+        .find(|address| is_told(*address, CALLS[0]) && is_told(*address, control[3]))
+        .expect("a word that is compared");
+    for entry in ends.into_iter().chain(control).chain(pdos) {
+        assert!(is_told(address, entry), "{entry:?}");
+    }
+}
+
+#[test]
+fn another_mode_during_a_call_for_the_bus_or_while_it_is_sealed_is_told() {
     let address = mode_word();
-    // Three after a step, one after process data, and two at the end of each call.
-    let seals: Vec<Entry> = entries_of_a_period(["call_seal", "20checksum_of_commands"]).collect();
-    assert!(seals.len() >= 3 + 1 + 2 * 2, "{}", seals.len());
-    for entry in CALLS.into_iter().chain(seals) {
+    for entry in CALLS
+        .into_iter()
+        .chain(seal_entries("checksum_of_commands", 4 + 1))
+    {
         assert!(is_bit_told(address, MODE_BIT, entry), "{entry:?}");
     }
 }

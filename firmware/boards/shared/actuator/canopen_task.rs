@@ -19,7 +19,7 @@ use self::reception::{communicate, is_process_data, receive_twice};
 use super::{
     background::StepReport,
     bus_status,
-    call_seal::CallSeal,
+    part_seals::PartSeals,
     program_check,
     queues::DeviceEnds,
     sealed::{Restored, Sealed},
@@ -46,8 +46,8 @@ struct LastStep {
 pub struct CanopenTask {
     /// Sealed between two uses.
     device: Sealed<Device<'static>>,
-    /// Seal for the calls since the last control step.
-    call_seal: CallSeal,
+    /// Seals of parts of the device, from one use to the end of the next.
+    part_seals: PartSeals,
     /// Whether the motor was driven before the last control step.
     was_driven: bool,
     /// The last control step, until it has been computed a second time.
@@ -118,7 +118,7 @@ impl CanopenTask {
         acceptance: Acceptance,
     ) -> Self {
         Self {
-            call_seal: CallSeal::new(device.get()),
+            part_seals: PartSeals::new(device.get()),
             device,
             was_driven: false,
             last_step: None,
@@ -139,17 +139,17 @@ impl CanopenTask {
     pub fn maintain_seal(&mut self, is_driven: bool) {
         match self.last_step.take() {
             Some(step) => {
-                let is_same = self.repeat(&step);
-                let is_intact = self.call_seal.renew_after_step(self.device.get());
-                if !(is_same && is_intact) {
+                if !self.repeat(&step) {
                     // A wrong result may have switched the bridge off.
                     self.begin_shutdown(Fault::DataCorrupt, is_driven || self.was_driven);
                 }
-                self.seal(is_driven || self.was_driven);
+                self.device.seal();
             }
             None => {
-                let is_intact = self.device.unseal_and_copy();
-                self.check(is_intact && self.queues.are_intact(), is_driven);
+                let is_intact = self.device.unseal_and_copy()
+                    && self.part_seals.renew(self.device.get())
+                    && self.queues.are_intact();
+                self.check(is_intact, is_driven);
             }
         }
     }
@@ -162,15 +162,16 @@ impl CanopenTask {
         match self.device.restore() {
             Restored::Intact => {}
             Restored::Corrupt => return false,
-            Restored::Absent => return true,
+            Restored::Absent => return self.part_seals.renew(self.device.get()),
         }
         let device = self.device.get();
         let outputs = device_control(device, &step.samples);
-        // Before the comparison: a change before or after it is noticed.
-        self.call_seal.renew_commands(device);
-        let is_same = (outputs, device.drive.step_state()) == (step.outputs, state);
         apply_timing(device, step.is_late, step.starved_periods);
+        // Before the comparison: a change before or after it is noticed.
+        let is_intact = self.part_seals.renew(device);
+        let is_same = (outputs, device.drive.step_state()) == (step.outputs, state);
         is_same
+            && is_intact
             && (self.device).is_as_copied(|device| device.drive.application().parameters())
             && (self.device).is_as_copied(|device| device.drive.axis_parameters())
     }
@@ -181,15 +182,6 @@ impl CanopenTask {
             self.begin_shutdown(Fault::DataCorrupt, is_driven);
         } else if program_check::is_corrupt() {
             self.begin_shutdown(Fault::ProgramCorrupt, is_driven);
-        }
-    }
-
-    /// Ends a use of the device. Until its checksum is computed the seal of the calls protects the
-    /// commands.
-    fn seal(&mut self, is_driven: bool) {
-        self.device.seal();
-        if !self.call_seal.are_commands_intact(self.device.get()) {
-            self.begin_shutdown(Fault::DataCorrupt, is_driven);
         }
     }
 
@@ -273,7 +265,7 @@ impl CanopenTask {
         self.update_diagnostics();
         self.discard_stale();
         communicate(self, now_us, start);
-        if self.call_seal.renew(self.device.get()) {
+        if self.part_seals.renew(self.device.get()) {
             self.exchange_with_store();
             self.exchange_with_updater();
             self.update_controller();
@@ -282,7 +274,7 @@ impl CanopenTask {
         } else {
             self.begin_shutdown(Fault::DataCorrupt, is_driven);
         }
-        self.seal(is_driven);
+        self.device.seal();
         self.queues.to_transmit.has_waiting() || self.queues.process_data.has_waiting()
     }
 

@@ -9,10 +9,10 @@ mod program;
 
 pub mod background;
 pub mod bus_status;
-pub mod call_seal;
 pub mod canopen_task;
 pub mod encoder_select;
 pub mod parameter_store;
+pub mod part_seals;
 pub mod pins;
 pub mod program_check;
 pub mod pwm_timer;

@@ -82,7 +82,7 @@ pub(super) fn communicate(task: &mut CanopenTask, now_us: u64, start: Option<u32
 pub(super) fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
     let CanopenTask {
         device: sealed,
-        call_seal,
+        part_seals,
         queues,
         ..
     } = task;
@@ -100,7 +100,7 @@ pub(super) fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
         bus_status::count_lost_frame();
     }
     // Before the comparison: a change before or after it is noticed.
-    call_seal.renew_commands(device);
+    part_seals.renew_commands(device);
     let is_same = device.command_state() == commands;
     queue_frames(device, queues);
     is_same

@@ -1,4 +1,5 @@
-//! What a call for the bus accesses rarely must not change while the CANopen device is in use.
+//! Parts of the CANopen device that must not change while it is in use, unless that use accesses
+//! them.
 
 use core::mem::replace;
 
@@ -13,14 +14,14 @@ const _: () = assert!(size_of::<Control>() <= 44 * 32);
 const _: () = assert!(size_of::<PdoTable<RPDOS, TPDOS>>() <= 28 * 32);
 
 /// Seals of application and axis, of the parameters of the PDOs, and of the commands to the drive.
-pub struct CallSeal {
+pub struct PartSeals {
     control: CountedSeal,
     pdos: CountedSeal,
     commands: CountedSeal,
 }
 
-impl CallSeal {
-    /// The seal of the present values.
+impl PartSeals {
+    /// The seals of the present values.
     #[inline(never)]
     pub fn new(device: &Device<'_>) -> Self {
         Self {
@@ -30,7 +31,7 @@ impl CallSeal {
         }
     }
 
-    /// Becomes the seal of the present values; returns whether none of them has changed without an
+    /// Become the seals of the present values; returns whether none of them has changed without an
     /// access.
     pub fn renew(&mut self, device: &Device<'_>) -> bool {
         let before = replace(self, Self::new(device));
@@ -39,21 +40,9 @@ impl CallSeal {
             && before.commands.leads_to(self.commands)
     }
 
-    /// The same after a control step, which may change application and axis.
-    pub fn renew_after_step(&mut self, device: &Device<'_>) -> bool {
-        let before = replace(self, Self::new(device));
-        before.pdos.leads_to(self.pdos) && before.commands.leads_to(self.commands)
-    }
-
-    /// Seals the commands that received frames or a control step have made.
+    /// Seals the commands that process data have made.
     pub fn renew_commands(&mut self, device: &Device<'_>) {
         self.commands = CountedSeal::new(device.drive.commands(), checksum_of_commands);
-    }
-
-    /// Whether the commands have not changed without an access.
-    pub fn are_commands_intact(&self, device: &Device<'_>) -> bool {
-        let present = CountedSeal::new(device.drive.commands(), checksum_of_commands);
-        self.commands.leads_to(present)
     }
 }
 
