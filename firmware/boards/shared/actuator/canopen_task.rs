@@ -145,6 +145,8 @@ impl CanopenTask {
                 }
                 self.device.seal();
             }
+            // The device is used no more.
+            None if self.shutdown.is_some() => {}
             None => {
                 let is_intact = self.device.unseal_and_copy()
                     && self.part_seals.renew(self.device.get())
