@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
-# Compares the instructions of the control law with those of the same law in C.
+# Compares the instructions of the control law with those of the same law in C, and two libraries of
+# signatures.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 bash .ci/provide arm-none-eabi-gcc gcc-arm-none-eabi libnewlib-arm-none-eabi
 # With all packages, as the emulator has already been built with their features.
 cargo bench --workspace --exclude actuator-python --features actuator/board --ignore-rust-version --locked \
-    --bench control_law --profile dev
+    --bench control_law --bench signatures --profile dev

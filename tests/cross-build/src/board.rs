@@ -89,6 +89,14 @@ pub fn boot_elf() -> &'static Path {
     ELF.get_or_init(|| program("build-boot", "actuator-boot", &settings))
 }
 
+/// The ELF file of the program that checks signatures by this library, `salty` or `dalek`.
+///
+/// # Panics
+/// If it does not build.
+pub fn signature_checks_elf(library: &str) -> PathBuf {
+    program("build-signatures", &format!("check-by-{library}"), &[])
+}
+
 /// The file of a program that this alias of `.cargo/config.toml` builds.
 fn program(alias: &str, name: &str, settings: &[&str]) -> PathBuf {
     // A target folder of its own: the outer cargo holds the lock of the other.

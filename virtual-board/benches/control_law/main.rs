@@ -6,6 +6,7 @@ use std::{
     process::Command,
 };
 
+#[path = "../instructions.rs"]
 mod instructions;
 
 use cross_build::control_law_elf;
@@ -59,12 +60,12 @@ fn report(name: &str, counted: &Counted) {
 
 fn main() {
     let symbols = ["control_law", "stimulus"];
-    let rust = count(control_law_elf(), symbols, STEPS);
-    let c = count(&c_program(), symbols, STEPS);
+    let rust = count(control_law_elf(), symbols, "COMPARE", STEPS);
+    let c = count(&c_program(), symbols, "COMPARE", STEPS);
     println!("instructions of a control law, {STEPS} steps:");
     report("  model-core, Rust, 64-bit fixed point", &rust);
     report("  C, CMSIS-DSP's recurrence, single precision", &c);
-    compare(&rust.compares, &c.compares);
+    compare(&rust.results, &c.results);
 }
 
 /// Asserts that both give the same compare values, except for the rounding of single precision: its

@@ -64,15 +64,15 @@ impl Board for Bare {
 pub struct Counted {
     /// Instructions of each pass.
     pub instructions: Vec<u64>,
-    /// Compare value of each pass.
-    pub compares: Vec<i32>,
+    /// Result of each pass.
+    pub results: Vec<i32>,
 }
 
 struct Counter {
     from: u64,
     to: u64,
-    /// Address of the program's compare value.
-    decision: u64,
+    /// Address of the program's result.
+    result: u64,
     passes: usize,
     began: Option<u64>,
     is_watching: bool,
@@ -87,8 +87,8 @@ impl Driver<Bare> for Counter {
         } else if let Some(began) = self.began.take() {
             let instructions = hit.instruction_count - began;
             self.counted.instructions.push(instructions);
-            let decision = host.read(self.decision, Width::W32).expect("memory");
-            self.counted.compares.push(decision as i32);
+            let result = host.read(self.result, Width::W32).expect("memory");
+            self.counted.results.push(result as i32);
         }
     }
 
@@ -109,18 +109,18 @@ impl Driver<Bare> for Counter {
 }
 
 /// Counts the instructions from each execution of one symbol to the next execution of another,
-/// where it reads `COMPARE`.
+/// where it reads a variable, the result.
 ///
 /// # Panics
 /// If the file is not such a program.
-pub fn count(elf: &Path, [from, to]: [&str; 2], passes: usize) -> Counted {
+pub fn count(elf: &Path, [from, to]: [&str; 2], result: &str, passes: usize) -> Counted {
     let bytes = std::fs::read(elf).expect("the program");
     let symbols = Symbols::read(&bytes, |address| address & !1).expect("its symbols");
     let address = |name: &str| symbols.get(name).unwrap_or_else(|_| panic!("no {name}")) & !1;
     let counter = Counter {
         from: address(from),
         to: address(to),
-        decision: symbols.get("COMPARE").expect("the symbol COMPARE"),
+        result: symbols.get(result).expect("the variable of the result"),
         passes,
         began: None,
         is_watching: false,
