@@ -319,7 +319,7 @@ impl GearTrain {
                 let body = &mut bodies[i];
                 let momentum = inertias[i] * body.rate_rad_s + (before - behind[i]) * step_s;
                 taken[i] = within(momentum, -budget, budget);
-                body.rate_rad_s = (momentum - taken[i]) * inverses[i];
+                body.rate_rad_s = super::or_rest((momentum - taken[i]) * inverses[i]);
                 body.angle_rad += body.rate_rad_s * step_s;
                 // An index that varies would keep the bodies out of registers.
                 if i == output {

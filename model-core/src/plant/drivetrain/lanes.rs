@@ -12,7 +12,7 @@
 use core::array::from_fn;
 
 use super::gear_train::lanes::{Chain, TrainLanes};
-use super::{Drivetrain, state};
+use super::{Drivetrain, or_rest, state};
 use crate::actuator::{PlantKind, Settings};
 use crate::parameter::ParameterError;
 use crate::plant::lanes::{Extremes, PlantLanes, STEPS, States, float, greater_of, lesser_of};
@@ -82,7 +82,7 @@ impl<const N: usize> Windings<N> {
     fn step(&mut self, lane: usize, terminal_v: f64, rate_rad_s: f64, is_taken: bool) -> f64 {
         let start_a = self.current_a[lane];
         let drop_v = terminal_v - self.constant_nm_a[lane] * rate_rad_s;
-        let end_a = start_a * self.left[lane] + drop_v * self.gain_s[lane];
+        let end_a = or_rest(start_a * self.left[lane] + drop_v * self.gain_s[lane]);
         self.current_a[lane] = if is_taken { end_a } else { start_a };
         let mean_a = start_a * self.mean_left[lane] + drop_v * self.mean_gain_s[lane];
         self.constant_nm_a[lane] * mean_a

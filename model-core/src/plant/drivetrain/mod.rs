@@ -46,6 +46,16 @@ use crate::limits::within;
 use crate::parameter::{Parameter, ParameterError, Parameters};
 use crate::time::TICK_S;
 
+/// Rate, rad/s, and current, A, below which a body, or a winding, is at rest. What decays further
+/// becomes a subnormal number, with which a PC computes ten times slower.
+const AT_REST: f64 = 1e-150;
+
+/// A rate or a current, or 0 at rest.
+#[inline(always)]
+fn or_rest(value: f64) -> f64 {
+    if value.abs() < AT_REST { 0.0 } else { value }
+}
+
 /// All parameters of the drivetrain.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct DrivetrainParameters {

@@ -1,9 +1,11 @@
-//! Searches the greatest limit cycle at rest that quantisation causes, over motors around a preset.
+//! Searches the greatest limit cycle at rest that quantisation and, on the bench, backlash cause,
+//! over plants around a preset.
 //!
-//! Arguments: preset, seed, first group, groups. A group are eight boards with a motor of its own
-//! within the box of `docs/proofs.md`, which hold an angle of its own for 4,000 control steps, from
-//! rest at zero. The last 2,000 steps are judged: the distance between the greatest and the least
-//! angle at PWM edges. A line is printed after every 1,024 groups, so that a search that was
+//! Arguments: preset, plant, seed, first group, groups. The plant is `motor`, of first order, or
+//! `bench`, with winding, friction, backlash and elastic gears. A group are eight boards with a
+//! plant of its own within the box of `docs/proofs.md`, which hold an angle of its own for 4,000
+//! control steps, from rest at zero. The last 2,000 steps are judged: the distance between the greatest and the least
+//! angle at PWM edges, of which a bench's backlash is subtracted. A line is printed after every 1,024 groups, so that a search that was
 //! interrupted continues with the next one.
 
 use std::array::from_fn;
@@ -15,7 +17,11 @@ use model_core::{
         lanes::{LoopLanes, Seen},
     },
     control::{encoder_word::COUNT_DEG, units::angle},
-    plant::{first_order::lanes::MotorLanes, lanes::Extremes},
+    plant::{
+        drivetrain::lanes::DrivetrainLanes,
+        first_order::lanes::MotorLanes,
+        lanes::{Extremes, PlantLanes},
+    },
     presets::preset,
 };
 use rayon::prelude::*;
@@ -32,13 +38,14 @@ const BLOCK: u64 = 1_024;
 /// Ticks in a control period.
 const TICKS: usize = model_core::time::CONTROL_PERIOD_TICKS as usize;
 
-/// What was found: counts from end to end, steady rate and pole as shares of the preset's, and the
-/// angle that was held, deg.
+/// Greatest backlash, counts.
+const BACKLASH_COUNTS: f64 = 3.0;
+
+/// A board that holds an angle, and its motion from end to end, less the backlash of a bench.
 #[derive(Clone, Copy)]
 struct Found {
     counts: f64,
-    gain: f64,
-    pole: f64,
+    board: Settings,
     held_deg: f64,
 }
 
@@ -51,23 +58,75 @@ fn share(state: &mut u64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
-fn group(base: &Settings, seed: u64, number: u64) -> Found {
+/// Changes the motor to another one of the box.
+fn change_motor(board: &mut Settings, random: &mut u64) {
+    let mut about_one = || 0.7 + 0.6 * share(random);
+    // Gain and supply within 30 %, and pole and inertia.
+    let (gain, pole) = (about_one() * about_one(), about_one() / about_one());
+    board.first_order.motor_gain_up *= gain;
+    board.first_order.motor_gain_down *= gain;
+    board.first_order.motor_time_constant_s /= pole;
+}
+
+/// Changes what decides how many steps a tick of the bench has, which is the same in a group: to
+/// inertia and stiffness within 30 %, and damping up to twice its value.
+fn change_vibration(board: &mut Settings, random: &mut u64) {
+    let train = &mut board.drivetrain.gear_train;
+    for parameter in [
+        &mut train.motor_inertia_kg_m2,
+        &mut train.output_inertia_kg_m2,
+        &mut train.load_inertia_kg_m2,
+        &mut train.gear_stiffness_nm_deg,
+        &mut train.shaft_stiffness_nm_deg,
+    ] {
+        *parameter *= 0.7 + 0.6 * share(random);
+    }
+    train.gear_damping_nm_s_deg *= 2.0 * share(random);
+    train.shaft_damping_nm_s_deg *= 2.0 * share(random);
+}
+
+/// Changes the rest of the bench: supply, resistance and torque constant to others within 30 %,
+/// friction to up to twice its value, and backlash to any up to the greatest.
+fn change_bench(board: &mut Settings, random: &mut u64) {
+    let bench = &mut board.drivetrain;
+    for parameter in [
+        &mut bench.electrical.supply_v,
+        &mut bench.electrical.winding_resistance_ohm,
+        &mut bench.electrical.torque_constant_nm_a,
+    ] {
+        *parameter *= 0.7 + 0.6 * share(random);
+    }
+    for parameter in [
+        &mut bench.friction.coulomb_friction_nm,
+        &mut bench.friction.viscous_friction_nm_s_deg,
+        &mut bench.gear_train.bearing_friction_nm,
+    ] {
+        *parameter *= 2.0 * share(random);
+    }
+    // Without backlash the chain would be another one.
+    bench.gear_train.backlash_deg = BACKLASH_COUNTS * COUNT_DEG * share(random).max(1e-3);
+}
+
+fn group<P: PlantLanes<BOARDS>>(base: &Settings, seed: u64, number: u64) -> Found {
     let mut random = seed ^ number.wrapping_mul(0xD134_2543_DE82_EF95);
-    let choices: [Found; BOARDS] = from_fn(|_| Found {
-        counts: 0.0,
-        // Gain and supply within 30 %, and pole and inertia.
-        gain: (0.7 + 0.6 * share(&mut random)) * (0.7 + 0.6 * share(&mut random)),
-        pole: (0.7 + 0.6 * share(&mut random)) / (0.7 + 0.6 * share(&mut random)),
-        held_deg: 200.0 * share(&mut random) - 100.0,
+    let mut common = *base;
+    if base.plant == PlantKind::Drivetrain {
+        change_vibration(&mut common, &mut random);
+    }
+    let choices: [Found; BOARDS] = from_fn(|_| {
+        let mut board = common;
+        match base.plant {
+            PlantKind::FirstOrder => change_motor(&mut board, &mut random),
+            PlantKind::Drivetrain => change_bench(&mut board, &mut random),
+        }
+        let held_deg = 200.0 * share(&mut random) - 100.0;
+        Found {
+            counts: 0.0,
+            board,
+            held_deg,
+        }
     });
-    let boards = choices.map(|choice| {
-        let mut board = *base;
-        board.first_order.motor_gain_up *= choice.gain;
-        board.first_order.motor_gain_down *= choice.gain;
-        board.first_order.motor_time_constant_s /= choice.pole;
-        board
-    });
-    let mut lanes = LoopLanes::<MotorLanes<BOARDS>, BOARDS>::try_new(boards.each_ref())
+    let mut lanes = LoopLanes::<P, BOARDS>::try_new(choices.each_ref().map(|it| &it.board))
         .expect("parameters within their ranges")
         .expect("boards that the lanes compute");
     let commands = choices.map(|choice| angle(choice.held_deg));
@@ -82,10 +141,17 @@ fn group(base: &Settings, seed: u64, number: u64) -> Found {
         (greatest.angle_deg - least.angle_deg) / COUNT_DEG
     };
     let found = (0..BOARDS).map(|lane| Found {
-        counts: counts(lane),
+        counts: counts(lane) - backlash_counts(&choices[lane].board),
         ..choices[lane]
     });
     found.fold(choices[0], greater)
+}
+
+fn backlash_counts(board: &Settings) -> f64 {
+    match board.plant {
+        PlantKind::FirstOrder => 0.0,
+        PlantKind::Drivetrain => board.drivetrain.gear_train.backlash_deg / COUNT_DEG,
+    }
 }
 
 fn greater(a: Found, b: Found) -> Found {
@@ -94,14 +160,19 @@ fn greater(a: Found, b: Found) -> Found {
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let [name, numbers @ ..] = &arguments[..] else {
+    let [name, plant, numbers @ ..] = &arguments[..] else {
         usage()
+    };
+    let (plant, group): (_, fn(&Settings, u64, u64) -> Found) = match plant.as_str() {
+        "motor" => (PlantKind::FirstOrder, group::<MotorLanes<BOARDS>>),
+        "bench" => (PlantKind::Drivetrain, group::<DrivetrainLanes<BOARDS>>),
+        _ => usage(),
     };
     let numbers: Vec<u64> = numbers.iter().filter_map(|n| n.parse().ok()).collect();
     let (Some(preset), [seed, first, groups]) = (preset(name), &numbers[..]) else {
         usage()
     };
-    let mut base = Settings::new(ModelKind::Board, PlantKind::FirstOrder);
+    let mut base = Settings::new(ModelKind::Board, plant);
     for (parameter, value) in preset.values {
         base.set(parameter, *value)
             .expect("a parameter of the board");
@@ -119,14 +190,25 @@ fn main() {
         if let Some(found) = greatest {
             let steps = (next - first) * (BOARDS * STEPS.iter().sum::<usize>()) as u64;
             println!(
-                "next group {next}, {steps} steps: {:.3} counts at gain {:.3}, pole {:.3}, {:.4} deg",
-                found.counts, found.gain, found.pole, found.held_deg
+                "next group {next}, {steps} steps: {:.3} counts at {:.4} deg, {}",
+                found.counts,
+                found.held_deg,
+                difference(&base, &found.board)
             );
         }
     }
 }
 
+/// The parameters of a board that differ from the preset's, as multiples of them.
+fn difference(base: &Settings, board: &Settings) -> String {
+    let values = base.values().zip(board.values());
+    let changed = values.filter(|(before, now)| before.value != now.value);
+    let texts = changed
+        .map(|(before, now)| format!("{} x {:.3}", now.parameter.name, now.value / before.value));
+    texts.collect::<Vec<_>>().join(", ")
+}
+
 fn usage() -> ! {
-    eprintln!("usage: limit_cycles PRESET SEED FIRST GROUPS");
+    eprintln!("usage: limit_cycles PRESET motor|bench SEED FIRST GROUPS");
     std::process::exit(2);
 }

@@ -171,7 +171,7 @@ impl<const N: usize> TrainLanes<N> {
                 // What remains of a negative zero without friction is a positive one.
                 momentum + 0.0
             };
-            let mut rate = left * constants.inverse_1_kg_m2[i][lane];
+            let mut rate = super::super::or_rest(left * constants.inverse_1_kg_m2[i][lane]);
             let mut angle = angles[i] + rate * step_s;
             if i == OUTPUT {
                 let stop_rad = constants.stop_rad[lane];
