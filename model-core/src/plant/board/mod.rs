@@ -144,6 +144,7 @@ impl BoardPlant {
 
     fn start_slot(&mut self, time_s: f64) {
         self.supply.advance(time_s, self.drawn_a, &self.defects);
+        self.drivetrain.settle();
         self.drivetrain.set_supply_v(self.supply.volts());
         self.drivetrain.set_jammed(self.defects.is_jammed);
         self.drivetrain

@@ -135,7 +135,7 @@ impl Winding {
     pub fn advance_driven(&mut self, voltage_v: f64, back_emf_v: f64, step: &Step) -> f64 {
         let start_a = self.current_a;
         let drop_v = voltage_v - back_emf_v;
-        self.current_a = super::or_rest(start_a * step.left + drop_v * step.gain_s);
+        self.current_a = start_a * step.left + drop_v * step.gain_s;
         start_a * step.mean_left + drop_v * step.mean_gain_s
     }
 }

@@ -319,7 +319,7 @@ impl GearTrain {
                 let body = &mut bodies[i];
                 let momentum = inertias[i] * body.rate_rad_s + (before - behind[i]) * step_s;
                 taken[i] = within(momentum, -budget, budget);
-                body.rate_rad_s = super::or_rest((momentum - taken[i]) * inverses[i]);
+                body.rate_rad_s = (momentum - taken[i]) * inverses[i];
                 body.angle_rad += body.rate_rad_s * step_s;
                 // An index that varies would keep the bodies out of registers.
                 if i == output {
@@ -331,6 +331,13 @@ impl GearTrain {
         self.friction_nm = 0.0;
         for taken in taken {
             self.friction_nm += taken / step_s;
+        }
+    }
+
+    /// Stops each body that is at rest.
+    pub fn settle(&mut self) {
+        for body in &mut self.bodies {
+            body.rate_rad_s = super::or_rest(body.rate_rad_s);
         }
     }
 

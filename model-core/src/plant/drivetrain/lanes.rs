@@ -82,7 +82,7 @@ impl<const N: usize> Windings<N> {
     fn step(&mut self, lane: usize, terminal_v: f64, rate_rad_s: f64, is_taken: bool) -> f64 {
         let start_a = self.current_a[lane];
         let drop_v = terminal_v - self.constant_nm_a[lane] * rate_rad_s;
-        let end_a = or_rest(start_a * self.left[lane] + drop_v * self.gain_s[lane]);
+        let end_a = start_a * self.left[lane] + drop_v * self.gain_s[lane];
         self.current_a[lane] = if is_taken { end_a } else { start_a };
         let mean_a = start_a * self.mean_left[lane] + drop_v * self.mean_gain_s[lane];
         self.constant_nm_a[lane] * mean_a
@@ -136,6 +136,7 @@ impl<const N: usize> DrivetrainLanes<N> {
         let mut level_v = [0.0; N];
         for tick in 0..CONTROL_PERIOD_TICKS as usize {
             if tick % PERIOD == 0 {
+                self.settle();
                 let duty = &self.duty[usize::from(tick > 0)];
                 for lane in 0..N {
                     let share = float(duty[lane]) / STEPS / 100.0;
@@ -160,6 +161,14 @@ impl<const N: usize> DrivetrainLanes<N> {
         for lane in 0..N {
             self.end.set(lane, state(self.train.output::<OUTPUT>(lane)));
         }
+    }
+
+    /// As [`Drivetrain::settle`].
+    fn settle(&mut self) {
+        for current_a in &mut self.windings.current_a {
+            *current_a = or_rest(*current_a);
+        }
+        self.train.settle();
     }
 
     #[inline(always)]

@@ -326,6 +326,13 @@ impl Drivetrain {
         sum_a / f64::from(steps.count)
     }
 
+    /// Stops what is at rest; called at least once in a PWM period.
+    #[inline]
+    pub(in crate::plant) fn settle(&mut self) {
+        self.winding.current_a = or_rest(self.winding.current_a);
+        self.train.settle();
+    }
+
     #[inline(always)]
     fn state(&self) -> DrivetrainState {
         DrivetrainState {

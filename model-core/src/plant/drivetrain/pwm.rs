@@ -111,6 +111,7 @@ impl<'a> PwmDrivetrain<'a> {
 impl Plant for PwmDrivetrain<'_> {
     #[inline(always)]
     fn start_period(&mut self, duty_pct: f64) {
+        self.drivetrain.settle();
         let (level_v, on_ticks) = self.bridge.drive(duty_pct, self.drivetrain.supply_v);
         self.instants[0] = self.instants[PERIOD];
         for tick in 0..PERIOD {

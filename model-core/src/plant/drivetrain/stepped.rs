@@ -86,6 +86,7 @@ impl SteppedDrivetrain {
     /// As [`Plant::start_period`], with a voltage at the terminals instead of a duty; it is limited
     /// to the supply, and NaN counts as 0.
     pub fn start_period_at_volts(&mut self, terminal_v: f64) {
+        self.drivetrain.settle();
         (self.level_v, self.on_ticks, self.passed) = (terminal_v, PERIOD as f64, 0);
     }
 
@@ -128,6 +129,7 @@ impl DerefMut for SteppedDrivetrain {
 
 impl Plant for SteppedDrivetrain {
     fn start_period(&mut self, duty_pct: f64) {
+        self.drivetrain.settle();
         let supply_v = self.drivetrain.supply_v;
         (self.level_v, self.on_ticks) = self.bridge.drive(duty_pct, supply_v);
         self.passed = 0;

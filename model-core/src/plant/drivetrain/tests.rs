@@ -340,3 +340,20 @@ fn a_lower_supply_limits_the_terminal_voltage_and_the_diode_voltage() {
     drivetrain.advance(Terminal::Driven(6.0), 1e-4);
     assert_eq!(drivetrain.reading().terminal_v, 0.0);
 }
+
+#[test]
+fn a_bench_that_has_come_to_rest_has_no_subnormal_current_or_rate() {
+    let mut bench = PwmDrivetrain::try_new(&without_stops(), Pwm::Average, None).unwrap();
+    let pass = |bench: &mut PwmDrivetrain<'_>, duty_pct, seconds: f64| {
+        for _ in 0..(seconds / (PERIOD as f64 * TICK_S)) as u32 {
+            bench.start_period(duty_pct);
+        }
+    };
+    pass(&mut bench, 50.0, 1.0);
+    // 345 time constants of the winding, 0.13 ms, are 45 ms.
+    pass(&mut bench, 0.0, 1.0);
+    let reading = bench.reading_at(PERIOD);
+    assert_eq!(reading.current_a, 0.0);
+    assert_eq!(reading.output.rate_deg_s, 0.0);
+    assert_eq!(reading.load.rate_deg_s, 0.0);
+}

@@ -6,6 +6,7 @@
 
 use core::array::from_fn;
 
+use super::super::or_rest;
 use super::{GearTrain, Load};
 use crate::plant::lanes::{greater, lesser};
 
@@ -130,6 +131,15 @@ impl<const N: usize> TrainLanes<N> {
         }
     }
 
+    /// As [`GearTrain::settle`].
+    pub fn settle(&mut self) {
+        for body in &mut self.bodies {
+            for rate_rad_s in &mut body.rate_rad_s {
+                *rate_rad_s = or_rest(*rate_rad_s);
+            }
+        }
+    }
+
     /// One step of a train with this motor torque, if it is taken.
     #[inline(always)]
     pub fn step<const COUNT: usize, const OUTPUT: usize>(
@@ -171,7 +181,7 @@ impl<const N: usize> TrainLanes<N> {
                 // What remains of a negative zero without friction is a positive one.
                 momentum + 0.0
             };
-            let mut rate = super::super::or_rest(left * constants.inverse_1_kg_m2[i][lane]);
+            let mut rate = left * constants.inverse_1_kg_m2[i][lane];
             let mut angle = angles[i] + rate * step_s;
             if i == OUTPUT {
                 let stop_rad = constants.stop_rad[lane];
