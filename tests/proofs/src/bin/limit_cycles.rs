@@ -4,9 +4,10 @@
 //! Arguments: preset, plant, seed, first group, groups. The plant is `motor`, of first order, or
 //! `bench`, with winding, friction, backlash and elastic gears. A group are eight boards with a
 //! plant of its own within the box of `docs/proofs.md`, which hold an angle of its own for 4,000
-//! control steps, from rest at zero. The last 2,000 steps are judged: the distance between the greatest and the least
-//! angle at PWM edges, of which a bench's backlash is subtracted. A line is printed after every 1,024 groups, so that a search that was
-//! interrupted continues with the next one.
+//! control steps, from rest at zero. The last 2,000 steps are judged: the distance between the
+//! greatest and the least angle at PWM edges, of which a bench's backlash is subtracted. A line is
+//! printed after every 1,024 groups, so that a search that was interrupted continues with the next
+//! one.
 
 use std::array::from_fn;
 
