@@ -2,25 +2,13 @@
 
 #![no_std]
 #![no_main]
-#![allow(unsafe_code, reason = "symbols for the emulator")]
 
+#[allow(unsafe_code, reason = "symbols for the emulator")]
 mod checks;
 
-use cortex_m_rt::entry;
 use ed25519_dalek::{Signature, Verifier as _, VerifyingKey};
 
-/// The function whose instructions are counted.
-#[unsafe(no_mangle)]
-#[inline(never)]
-fn verify(key: &[u8; 32], message: &[u8], signature: &[u8; 64]) -> bool {
-    let Ok(key) = VerifyingKey::from_bytes(key) else {
-        return false;
-    };
-    key.verify(message, &Signature::from_bytes(signature))
-        .is_ok()
-}
-
-#[entry]
-fn main() -> ! {
-    checks::run(verify)
+fn is_right(key: &[u8; 32], message: &[u8], signature: &[u8; 64]) -> bool {
+    let signature = Signature::from_bytes(signature);
+    VerifyingKey::from_bytes(key).is_ok_and(|key| key.verify(message, &signature).is_ok())
 }

@@ -46,7 +46,8 @@ struct LastStep {
 pub struct CanopenTask {
     /// Sealed between two uses.
     device: Sealed<Device<'static>>,
-    /// Seals of parts of the device, from one use to the end of the next.
+    /// Seals of parts of the device, compared and renewed before and after each control step and in
+    /// each call.
     part_seals: PartSeals,
     /// Whether the motor was driven before the last control step.
     was_driven: bool,
@@ -135,7 +136,8 @@ impl CanopenTask {
     }
 
     /// After a control step computes it a second time and seals the device; before the next one,
-    /// while the encoder is read, checks the queues and the device, and copies the device.
+    /// while the encoder is read, checks the queues and the device with its parts, and copies the
+    /// device.
     pub fn maintain_seal(&mut self, is_driven: bool) {
         match self.last_step.take() {
             Some(step) => {
@@ -157,7 +159,7 @@ impl CanopenTask {
     }
 
     /// Computes a control step again, from the state before it; returns whether the result is the
-    /// same, and the parameters that it has used are as before. A register that changes during one
+    /// same, and what it has only read is as before. A register that changes during one
     /// of both computations, or an instruction that is not executed, makes another one.
     fn repeat(&mut self, step: &LastStep) -> bool {
         let state = self.device.get().drive.step_state();
@@ -169,7 +171,7 @@ impl CanopenTask {
         let device = self.device.get();
         let outputs = device_control(device, &step.samples);
         apply_timing(device, step.is_late, step.starved_periods);
-        // Before the comparison: a change before or after it is noticed.
+        // Before the comparison, which notices what changes until here; the seals notice the rest.
         let is_intact = self.part_seals.renew(device);
         let is_same = (outputs, device.drive.step_state()) == (step.outputs, state);
         is_same
@@ -267,6 +269,7 @@ impl CanopenTask {
         self.update_diagnostics();
         self.discard_stale();
         communicate(self, now_us, start);
+        // Before anything of the device is stored.
         if self.part_seals.renew(self.device.get()) {
             self.exchange_with_store();
             self.exchange_with_updater();

@@ -31,8 +31,8 @@ impl PartSeals {
         }
     }
 
-    /// Become the seals of the present values; returns whether none of them has changed without an
-    /// access.
+    /// Seals the present values; returns whether none of them has changed without an access since
+    /// the last time.
     pub fn renew(&mut self, device: &Device<'_>) -> bool {
         let before = replace(self, Self::new(device));
         before.control.leads_to(self.control)

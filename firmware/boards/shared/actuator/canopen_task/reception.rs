@@ -99,7 +99,7 @@ pub(super) fn receive_twice(task: &mut CanopenTask, now_us: u64) -> bool {
     if receive_process_data(device, &frames, now_us) < frames.len() {
         bus_status::count_lost_frame();
     }
-    // Before the comparison: a change before or after it is noticed.
+    // Before the comparison, which notices what changes until here; the seal notices the rest.
     part_seals.renew_commands(device);
     let is_same = device.command_state() == commands;
     queue_frames(device, queues);
