@@ -1,13 +1,13 @@
 //! Searches the greatest limit cycle at rest that quantisation and, on the bench, backlash cause,
 //! over plants around a preset.
 //!
-//! Arguments: preset, plant, seed, first group, groups. The plant is `motor`, of first order, or
-//! `bench`, with winding, friction, backlash and elastic gears. A group are eight boards with a
-//! plant of its own within the box of `docs/proofs.md`, which hold an angle of its own for 4,000
-//! control steps, from rest at zero. The last 2,000 steps are judged: the distance between the
-//! greatest and the least angle at PWM edges, of which a bench's backlash is subtracted. A line is
-//! printed after every 1,024 groups, so that a search that was interrupted continues with the next
-//! one.
+//! Arguments: preset, plant, seed, first group, groups. The plant is `motor`, of first order,
+//! `bench`, with winding, friction, backlash and elastic gears, or `bench-of-any-friction`. A group
+//! are eight boards with a plant of its own within the box of `docs/proofs.md`, which hold an angle
+//! of its own for 4,000 control steps, from rest at zero. The last 2,000 steps are judged: the
+//! distance between the greatest and the least angle at PWM edges, of which a bench's backlash is
+//! subtracted. A line is printed after every 1,024 groups, so that a search that was interrupted
+//! continues with the next one.
 
 use std::array::from_fn;
 
@@ -41,6 +41,12 @@ const TICKS: usize = model_core::time::CONTROL_PERIOD_TICKS as usize;
 
 /// Greatest backlash, counts.
 const BACKLASH_COUNTS: f64 = 3.0;
+
+/// Factors within 30 %, least and greatest.
+const WITHIN_30_PERCENT: [f64; 2] = [0.7, 1.3];
+
+/// Factors on a friction that is anything up to twice its value.
+const ANY_FRICTION: [f64; 2] = [0.0, 2.0];
 
 /// A board that holds an angle, and its motion from end to end, less the backlash of a bench.
 #[derive(Clone, Copy)]
@@ -87,8 +93,8 @@ fn change_vibration(board: &mut Settings, random: &mut u64) {
 }
 
 /// Changes the rest of the bench: supply, resistance and torque constant to others within 30 %,
-/// friction to up to twice its value, and backlash to any up to the greatest.
-fn change_bench(board: &mut Settings, random: &mut u64) {
+/// friction by factors between two limits, and backlash to any up to the greatest.
+fn change_bench(board: &mut Settings, [least, greatest]: [f64; 2], random: &mut u64) {
     let bench = &mut board.drivetrain;
     for parameter in [
         &mut bench.electrical.supply_v,
@@ -102,13 +108,19 @@ fn change_bench(board: &mut Settings, random: &mut u64) {
         &mut bench.friction.viscous_friction_nm_s_deg,
         &mut bench.gear_train.bearing_friction_nm,
     ] {
-        *parameter *= 2.0 * share(random);
+        *parameter *= least + (greatest - least) * share(random);
     }
     // Without backlash the chain would be another one.
     bench.gear_train.backlash_deg = BACKLASH_COUNTS * COUNT_DEG * share(random).max(1e-3);
 }
 
-fn group<P: PlantLanes<BOARDS>>(base: &Settings, seed: u64, number: u64) -> Found {
+/// The greatest motion in a group, whose benches have friction within these factors.
+fn group<P: PlantLanes<BOARDS>>(
+    base: &Settings,
+    friction: [f64; 2],
+    seed: u64,
+    number: u64,
+) -> Found {
     let mut random = seed ^ number.wrapping_mul(0xD134_2543_DE82_EF95);
     let mut common = *base;
     if base.plant == PlantKind::Drivetrain {
@@ -118,7 +130,7 @@ fn group<P: PlantLanes<BOARDS>>(base: &Settings, seed: u64, number: u64) -> Foun
         let mut board = common;
         match base.plant {
             PlantKind::FirstOrder => change_motor(&mut board, &mut random),
-            PlantKind::Drivetrain => change_bench(&mut board, &mut random),
+            PlantKind::Drivetrain => change_bench(&mut board, friction, &mut random),
         }
         let held_deg = 200.0 * share(&mut random) - 100.0;
         Found {
@@ -164,10 +176,15 @@ fn main() {
     let [name, plant, numbers @ ..] = &arguments[..] else {
         usage()
     };
-    let (plant, group): (_, fn(&Settings, u64, u64) -> Found) = match plant.as_str() {
-        "motor" => (PlantKind::FirstOrder, group::<MotorLanes<BOARDS>>),
-        "bench" => (PlantKind::Drivetrain, group::<DrivetrainLanes<BOARDS>>),
+    let (plant, friction) = match plant.as_str() {
+        "motor" => (PlantKind::FirstOrder, WITHIN_30_PERCENT),
+        "bench" => (PlantKind::Drivetrain, WITHIN_30_PERCENT),
+        "bench-of-any-friction" => (PlantKind::Drivetrain, ANY_FRICTION),
         _ => usage(),
+    };
+    let group = match plant {
+        PlantKind::FirstOrder => group::<MotorLanes<BOARDS>>,
+        PlantKind::Drivetrain => group::<DrivetrainLanes<BOARDS>>,
     };
     let numbers: Vec<u64> = numbers.iter().filter_map(|n| n.parse().ok()).collect();
     let (Some(preset), [seed, first, groups]) = (preset(name), &numbers[..]) else {
@@ -175,8 +192,10 @@ fn main() {
     };
     let mut base = Settings::new(ModelKind::Board, plant);
     for (parameter, value) in preset.values {
-        base.set(parameter, *value)
-            .expect("a parameter of the board");
+        if base.set(parameter, *value).is_err() {
+            eprintln!("preset {name} sets {parameter}, which this plant does not have");
+            std::process::exit(2);
+        }
     }
     let mut greatest: Option<Found> = None;
     let mut next = *first;
@@ -184,7 +203,7 @@ fn main() {
         let end = (next + BLOCK).min(first + groups);
         let block = (next..end)
             .into_par_iter()
-            .map(|number| group(&base, *seed, number))
+            .map(|number| group(&base, friction, *seed, number))
             .reduce_with(greater);
         greatest = greatest.into_iter().chain(block).reduce(greater);
         next = end;
@@ -210,6 +229,6 @@ fn difference(base: &Settings, board: &Settings) -> String {
 }
 
 fn usage() -> ! {
-    eprintln!("usage: limit_cycles PRESET motor|bench SEED FIRST GROUPS");
+    eprintln!("usage: limit_cycles PRESET motor|bench|bench-of-any-friction SEED FIRST GROUPS");
     std::process::exit(2);
 }
