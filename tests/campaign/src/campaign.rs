@@ -6,7 +6,7 @@ use std::ops::Range;
 use std::sync::{Arc, Mutex};
 
 use board_tests::program::firmware;
-use virtual_board::run::{Attachments, FirmwareError, Options, RunError, run_with};
+use virtual_board::run::{Attachments, FirmwareError, Options, RunError, Script, run_with};
 
 pub use crate::accesses::Defect;
 use crate::accesses::Layout;
@@ -16,10 +16,11 @@ use crate::injection::{Injection, Place, working_memory};
 use crate::injector::Injector;
 use crate::outcome::Verdict;
 use crate::snapshots::{Method, Report, Snapshots};
+use crate::survey::{Survey, one_of_each};
 use crate::timetable::Timetable;
 
 /// Injections of the warm-up in each of its places.
-const WARM_UP: u64 = 1;
+const WARM_UP: u64 = 6;
 
 /// Recordings before the injections for which no experiment stands are simulated: each finds
 /// another experiment that may.
@@ -48,6 +49,20 @@ pub fn draw(seed: u64, place: Place, numbers: Range<u64>) -> Result<Vec<Injectio
     Ok(numbers
         .map(|number| Injection::draw(seed, number, place, &ranges))
         .collect())
+}
+
+/// A skip of each instruction that a control period of a motion executes, in each motion, at one of
+/// its executions that the seed decides.
+///
+/// # Errors
+/// As [`CampaignError`] says.
+pub fn draw_period(seed: u64) -> Result<Vec<Injection>, CampaignError> {
+    let injector = Injector::new(Vec::new());
+    let timetable = timetable()?;
+    let limit_ms = timetable.duration_ms();
+    let survey = Survey::new(timetable, injector.clone());
+    let survey = run_script(survey, limit_ms, injector)?;
+    Ok(one_of_each(seed, &survey.executed))
 }
 
 /// How injections are judged.
@@ -97,11 +112,7 @@ fn run(
         return Ok((report, Vec::new()));
     }
     let injector = Injector::new(working_memory(firmware())?);
-    let mut warm_up = Vec::new();
-    for place in [Place::Ram, Place::Registers, Place::Instruction] {
-        warm_up.extend(draw(u64::MAX, place, 0..WARM_UP)?);
-    }
-    let timetable = Timetable::new(warm_up);
+    let timetable = timetable()?;
     let limit_ms = timetable.duration_ms() + u64::from(OBSERVED_MS);
     let script = Snapshots::new(
         injections.to_vec(),
@@ -110,6 +121,26 @@ fn run(
         method,
         (report, trace),
     );
+    let script = run_script(script, limit_ms, injector)?;
+    script.result?;
+    Ok((script.report, script.unjudged))
+}
+
+/// The timetable of all boards.
+fn timetable() -> Result<Timetable, FirmwareError> {
+    let mut warm_up = Vec::new();
+    for place in [Place::Ram, Place::Registers, Place::Instruction] {
+        warm_up.extend(draw(u64::MAX, place, 0..WARM_UP)?);
+    }
+    Ok(Timetable::new(warm_up))
+}
+
+/// Runs a board with this script for this time at most. Returns the script.
+fn run_script<S: Script + 'static>(
+    script: S,
+    limit_ms: u64,
+    injector: Injector,
+) -> Result<S, RunError> {
     let options = Options {
         keeps_trace: false,
         ..Options::for_ms(limit_ms)
@@ -118,8 +149,5 @@ fn run(
         observer: Some(Arc::new(Mutex::new(injector))),
         ..Attachments::default()
     };
-    let finished = run_with(firmware(), options, script, attachments)?;
-    let script = finished.script;
-    script.result?;
-    Ok((script.report, script.unjudged))
+    Ok(run_with(firmware(), options, script, attachments)?.script)
 }

@@ -27,7 +27,7 @@ pub const LATEST_MS: u32 = 1500;
 /// executed.
 const INSTRUCTIONS: u32 = 130_000;
 
-/// Instructions in a control period of a moving drive, at most: [`Place::Period`] skips each.
+/// Executed instructions in a control period of a moving drive, at most.
 pub const PERIOD_INSTRUCTIONS: u64 = 36_000;
 
 /// Where an injection is made.
@@ -42,7 +42,8 @@ pub enum Place {
     Registers,
     /// An instruction, which is skipped.
     Instruction,
-    /// Each instruction of one control period of each motion in turn, which is skipped.
+    /// Each instruction of one control period of each motion, which is skipped in one of its
+    /// executions.
     Period,
 }
 
@@ -140,9 +141,6 @@ impl Injection {
     /// # Panics
     /// If the ranges are empty.
     pub fn draw(seed: u64, number: u64, place: Place, ranges: &[Range<u64>]) -> Self {
-        if place == Place::Period {
-            return Self::of_period(number);
-        }
         // The streams of the places differ.
         let mut random = Pcg32::new(seed, number << 3 | place as u64);
         let offset = random.next_u32();
@@ -160,17 +158,15 @@ impl Injection {
         }
     }
 
-    /// The injection of this number into a control period: motion by motion, instruction by
-    /// instruction.
-    fn of_period(number: u64) -> Self {
-        let motion = Motion::ALL[(number / PERIOD_INSTRUCTIONS) as usize % Motion::ALL.len()];
+    /// A skip in a control period of this motion, after so many instructions of it.
+    pub fn of_period(motion: Motion, instructions: u32) -> Self {
         Self {
-            number,
+            number: motion as u64 * PERIOD_INSTRUCTIONS + u64::from(instructions),
             place: Place::Period,
             address: 0,
             bit: 0,
             at_ms: motion.typical_ms(),
-            instructions: (number % PERIOD_INSTRUCTIONS) as u32,
+            instructions,
             motion,
         }
     }

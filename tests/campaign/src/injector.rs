@@ -9,10 +9,11 @@ use virtual_board::processor::{
 };
 
 use crate::digest::digest;
-use crate::injection::{Injection, Place};
+use crate::injection::{Injection, PERIOD_INSTRUCTIONS, Place};
 use crate::recording::Recording;
 
-/// Numbers of the program counter and of the program status among the registers.
+/// Numbers of the stack pointer, the program counter and the program status among the registers.
+pub const SP: usize = 13;
 const PC: usize = 15;
 pub const STATUS: usize = 16;
 
@@ -36,6 +37,8 @@ struct Work {
     is_digest_wanted: bool,
     digest: Option<u64>,
     recording: Option<Recording>,
+    /// Addresses of the instructions that are executed, while they are recorded.
+    addresses: Option<Vec<u32>>,
 }
 
 /// An observer of the core that carries out the injection for which it was armed, and digests the
@@ -82,6 +85,16 @@ impl Injector {
         self.work().recording.as_mut().map(f)
     }
 
+    /// Has the addresses of the next instructions recorded, as many as a control period has.
+    pub fn record_addresses(&self) {
+        self.work().addresses = Some(Vec::new());
+    }
+
+    /// The addresses that were recorded.
+    pub fn take_addresses(&self) -> Vec<u32> {
+        self.work().addresses.take().unwrap_or_default()
+    }
+
     fn work(&self) -> MutexGuard<'_, Work> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -101,6 +114,11 @@ impl Observer for Injector {
         }
         if let Some(recording) = &mut work.recording {
             return recording.run(core, memory, budget, bus);
+        }
+        if let Some(addresses) = &mut work.addresses
+            && addresses.len() < PERIOD_INSTRUCTIONS as usize
+        {
+            return step(core, bus, addresses);
         }
         let Some((left, injection)) = work.pending else {
             return core.run(budget, bus);
@@ -124,6 +142,19 @@ impl Observer for Injector {
     }
 
     fn after_reset(&mut self) {}
+}
+
+/// Executes an instruction, and records its address.
+fn step(
+    core: &mut dyn Processor,
+    inner: &mut dyn CoreBus,
+    addresses: &mut Vec<u32>,
+) -> (Exit, u64) {
+    let address = read(core, PC);
+    let until = core.retired() + 1;
+    let (exit, executed) = core.run(1, &mut Layered(Limited { inner, until }));
+    addresses.resize(addresses.len() + executed as usize, address);
+    (exit, executed)
 }
 
 /// The writes that inject between two instructions.

@@ -35,6 +35,7 @@ pub mod results;
 mod routes;
 mod snapshots;
 mod streams;
+mod survey;
 mod tell;
 mod timetable;
 mod twin;

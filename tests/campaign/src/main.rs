@@ -11,10 +11,10 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use board_tests::program::firmware;
 use clap::Parser;
-use fault_campaign::campaign::{CampaignError, Judged, TRACE_COLUMNS, draw, run_all};
+use fault_campaign::campaign::{CampaignError, Judged, TRACE_COLUMNS, draw, draw_period, run_all};
 use fault_campaign::class::{Class, MemoryMap};
 use fault_campaign::history::{Entry, update};
-use fault_campaign::injection::{Injection, PERIOD_INSTRUCTIONS, Place};
+use fault_campaign::injection::{Injection, Place};
 use fault_campaign::motion::Motion;
 use fault_campaign::outcome::{Outcome, Verdict};
 use fault_campaign::results::{Results, ResultsError};
@@ -43,9 +43,10 @@ struct Options {
     /// Seed of all injections
     #[arg(long, value_name = "N", default_value_t = 1)]
     seed: u64,
-    /// Each N-th instruction of a control period of every motion, to be skipped; 0 for none
+    /// Each N-th instruction that a control period executes, in every motion, to be skipped once; 0
+    /// for none
     #[arg(long, value_name = "N", default_value_t = 0)]
-    period: u64,
+    period: usize,
     /// Motions that are disturbed; without it, all
     #[arg(long, value_name = "MOTION", value_enum, value_delimiter = ',')]
     motions: Vec<Motion>,
@@ -144,7 +145,7 @@ fn run(options: &Options) -> Result<usize, Error> {
 }
 
 /// The injections that are asked for, place by place.
-fn injections(options: &Options) -> Result<Vec<(Place, Vec<Injection>)>, FirmwareError> {
+fn injections(options: &Options) -> Result<Vec<(Place, Vec<Injection>)>, CampaignError> {
     let counts = [
         (Place::Ram, options.ram),
         (Place::Code, options.code),
@@ -157,10 +158,8 @@ fn injections(options: &Options) -> Result<Vec<(Place, Vec<Injection>)>, Firmwar
         all.push((place, draw(options.seed, place, numbers)?));
     }
     if options.period > 0 {
-        let every = Motion::ALL.len() as u64 * PERIOD_INSTRUCTIONS;
-        let mut drawn = draw(options.seed, Place::Period, 0..every)?;
-        drawn.retain(|injection| injection.number.is_multiple_of(options.period));
-        all.push((Place::Period, drawn));
+        let drawn = draw_period(options.seed)?.into_iter();
+        all.push((Place::Period, drawn.step_by(options.period).collect()));
     }
     let motions = &options.motions;
     for (_, injections) in &mut all {

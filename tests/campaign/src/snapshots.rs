@@ -11,7 +11,7 @@ use virtual_board::can::Port;
 use virtual_board::run::{Flow, Script, View};
 
 use crate::accesses::{Defect, Layout};
-use crate::experiment::{Experiment, OBSERVED_MS, inject};
+use crate::experiment::{Experiment, OBSERVED_MS};
 use crate::fork::{Copies, Reporter};
 use crate::injection::Injection;
 use crate::injector::Injector;
@@ -112,9 +112,7 @@ impl Snapshots {
         send(view, motion, ms);
         match &mut self.role {
             Role::Original(_) if instant.is_warm_up => {
-                if let Some(injection) = self.timetable.warm_up(ms) {
-                    inject(view, injection, &self.injector);
-                }
+                self.timetable.carry_out_warm_up(ms, view, &self.injector);
             }
             Role::Original(_) => self.copy(view, motion, ms)?,
             Role::Twin(recorder) => recorder.record(view, ms, &self.injector),
@@ -245,7 +243,7 @@ impl Snapshots {
 }
 
 /// Sends what the master sends in this millisecond.
-fn send(view: &mut View<'_>, motion: Motion, ms: u32) {
+pub fn send(view: &mut View<'_>, motion: Motion, ms: u32) {
     if !u64::from(ms).is_multiple_of(PERIODS) {
         return;
     }

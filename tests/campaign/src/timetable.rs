@@ -9,7 +9,9 @@ use virtual_board::faults::{Fault, Planned};
 use virtual_board::plant::{BoardPlant, BoardPlantOptions};
 use virtual_board::run::View;
 
+use crate::experiment::inject;
 use crate::injection::{Injection, LATEST_MS};
+use crate::injector::Injector;
 use crate::motion::Motion;
 
 /// ns in a ms.
@@ -134,11 +136,15 @@ impl Timetable {
         })
     }
 
-    /// The injection of the warm-up in this millisecond.
-    pub fn warm_up(&self, ms: u32) -> Option<Injection> {
-        let index = self.begun.checked_sub(1)?;
-        let injection = self.warm_up.get(index).copied();
-        injection.filter(|injection| injection.at_ms == ms)
+    /// Makes the injection of the warm-up in this millisecond, if there is one.
+    pub fn carry_out_warm_up(&self, ms: u32, view: &mut View<'_>, injector: &Injector) {
+        let warm_up = self
+            .begun
+            .checked_sub(1)
+            .and_then(|at| self.warm_up.get(at));
+        if let Some(injection) = warm_up.filter(|injection| injection.at_ms == ms) {
+            inject(view, *injection, injector);
+        }
     }
 }
 
