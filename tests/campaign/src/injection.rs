@@ -122,7 +122,8 @@ pub struct Injection {
     pub number: u64,
     /// Where.
     pub place: Place,
-    /// Address of the byte; of a register, four times its number and the byte in it.
+    /// Address of the byte, or of the instruction that is skipped if it is known; of a register, four
+    /// times its number and the byte in it.
     pub address: u64,
     /// The bit, 0 to 7.
     pub bit: u8,
@@ -158,12 +159,13 @@ impl Injection {
         }
     }
 
-    /// A skip in a control period of this motion, after so many instructions of it.
-    pub fn of_period(motion: Motion, instructions: u32) -> Self {
+    /// A skip in a control period of this motion, after so many instructions of it, of the one at
+    /// this address.
+    pub fn of_period(motion: Motion, instructions: u32, address: u32) -> Self {
         Self {
             number: motion as u64 * PERIOD_INSTRUCTIONS + u64::from(instructions),
             place: Place::Period,
-            address: 0,
+            address: address.into(),
             bit: 0,
             at_ms: motion.typical_ms(),
             instructions,

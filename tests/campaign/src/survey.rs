@@ -86,7 +86,8 @@ pub fn one_of_each(seed: u64, executed: &BTreeMap<Motion, Vec<u32>>) -> Vec<Inje
         for (address, numbers) in executions {
             let mut random = Pcg32::new(seed, address.into());
             let at = (u64::from(random.next_u32()) * numbers.len() as u64) >> 32;
-            chosen.push(Injection::of_period(*motion, numbers[at as usize]));
+            let number = numbers[at as usize];
+            chosen.push(Injection::of_period(*motion, number, address));
         }
     }
     chosen

@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use board_tests::program::firmware;
 use common::verdicts;
-use fault_campaign::campaign::{Judged, draw};
+use fault_campaign::campaign::{Judged, draw, draw_period};
 use fault_campaign::injection::{Injection, Place};
 use fault_campaign::outcome::{Outcome, Verdict};
 
@@ -48,10 +48,21 @@ fn device_flips() -> Vec<Injection> {
     numbers.map(draw).collect()
 }
 
+/// Each so many of the instructions that a control period executes.
+const EVERY: usize = 1_000;
+
+fn skips_of_a_period() -> &'static [Injection] {
+    static ALL: LazyLock<Vec<Injection>> = LazyLock::new(|| {
+        let drawn = draw_period(SEED).expect("the board runs");
+        drawn.into_iter().step_by(EVERY).collect()
+    });
+    &ALL
+}
+
 /// The verdicts on these injections, all of which one campaign judges.
 fn judged(injections: &[Injection]) -> Vec<(Injection, Verdict)> {
     static ALL: LazyLock<Vec<(Injection, Verdict)>> = LazyLock::new(|| {
-        let all = [sample(), device_flips()].concat();
+        let all = [&sample()[..], &device_flips(), skips_of_a_period()].concat();
         verdicts(&all, Judged::ByRecording(None))
     });
     let of_these = ALL.iter().filter(|(it, _)| injections.contains(it));
@@ -87,4 +98,15 @@ fn every_flip_in_the_canopen_device_is_told() {
             .all(|(_, verdict)| verdict.outcome < Outcome::Hazardous),
         "{silent:x?}"
     );
+}
+
+#[test]
+fn a_skip_in_a_control_period_meets_the_instruction_that_was_recorded_there() {
+    let injections = skips_of_a_period();
+    // A period executes at least 2,000 of the program's instructions in each of seven motions.
+    assert!(injections.len() >= 14, "{}", injections.len());
+    for (injection, verdict) in judged(injections) {
+        assert_eq!(u64::from(verdict.pc), injection.address, "{injection:x?}");
+        assert!(verdict.outcome < Outcome::Hazardous, "{injection:x?}");
+    }
 }
