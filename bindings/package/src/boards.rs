@@ -37,10 +37,15 @@ pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
             let (arguments, _) = boot_build(key.as_deref());
             cross_build::build(BOARD_TARGET, &arguments, &folder)?;
             copy(&boot_elf(&elf), &out.join("boards/actuator-boot.elf"))?;
+            write_flash(&boot_elf(&elf), &out.join("boards/actuator-boot.bin"))?;
         } else {
-            let image = place.with_extension("bin");
-            fs::write(&image, program_image::flash(&elf)?).map_err(at(&image))?;
+            write_flash(&elf, &place.with_extension("bin"))?;
         }
     }
     Ok(())
+}
+
+/// Writes what an ELF file has in the flash.
+fn write_flash(elf: &Path, to: &Path) -> Result<(), Error> {
+    fs::write(to, program_image::flash(elf)?).map_err(at(to))
 }

@@ -1,5 +1,5 @@
 //! `cargo run --release --bin package -- [--out FOLDER] [PART...]`: everything that a release has,
-//! in the folder `dist`, with checksums.
+//! in the folder `dist`, with release notes and checksums.
 //!
 //! Programs and libraries for Linux are linked by zig against glibc 2.17 (2014), so that they run
 //! on older systems than the one that builds them. zig and maturin come from the package index of
@@ -14,6 +14,7 @@ mod components;
 mod error;
 mod pages;
 mod program;
+mod release_notes;
 mod tools;
 mod wheel;
 
@@ -107,6 +108,9 @@ fn run(options: Options) -> Result<(), Error> {
         println!("-- {part:?}");
         part.make(&tools, &out)?;
     }
+    let changes = cross_build::workspace().join("CHANGELOG.md");
+    let changes = fs::read_to_string(&changes).map_err(at(&changes))?;
+    release_notes::write(&changes, &out)?;
     checksums::write(&out)?;
     println!("{}", out.display());
     Ok(())
