@@ -1,10 +1,11 @@
-//! The supply is cut while the actuator's program stages an image: the program that ran before runs
-//! again, nothing that is not whole is installed, and the next download succeeds.
+//! The supply is cut while the actuator's program stages an image on a full bus: the program that
+//! ran before runs again, nothing that is not whole is installed, and the next download succeeds.
 //!
 //! The image is small, so that a cut takes a fraction of a second; its sectors and operations are
 //! those of a large one.
 
-use board_tests::download::{Answer, Client, IDENTITY, INSTALL, STATUS};
+use board_tests::download::{Answer, Client, IDENTITY, INSTALL, STATUS, send};
+use board_tests::frames::{control, start};
 use board_tests::slots::{
     FAST, NEW, actuator_image, image, installed, program, run_boot, slot_holds,
 };
@@ -19,6 +20,10 @@ const CUTS: usize = 24;
 
 /// Time from boot-up until the program has started and is asked, ns.
 const STARTED_NS: u64 = 60_000_000;
+
+/// Commands in a PWM period of 1 ms that fill the bus: one of 6 bytes has 98 bits without stuff bits,
+/// and takes 98 us or more.
+const COMMANDS: usize = 10;
 
 /// Words of the program in the image.
 const WORDS: usize = 64;
@@ -167,6 +172,32 @@ impl Cuts {
         Flow::Continue
     }
 
+    /// Fills the bus while the image is written, as its download does before.
+    fn fill_bus(&self, view: &mut View<'_>) {
+        if self.step == Step::Staging {
+            send(view, start());
+            for _ in 0..COMMANDS {
+                send(view, control(0, 0));
+            }
+        }
+    }
+
+    fn act(&mut self, view: &mut View<'_>) -> Flow {
+        let is_staging = matches!(self.step, Step::Load | Step::Staging);
+        if is_staging && view.resets() > self.resets {
+            self.client.give_up();
+            self.step = Step::Start(self.client.boot_ups.len() + 1);
+        }
+        match self.client.poll(view) {
+            Some(answer) => self.answered(view, answer),
+            None if self.client.is_busy() => Flow::Continue,
+            None => {
+                self.idle(view);
+                Flow::Continue
+            }
+        }
+    }
+
     fn idle(&mut self, view: &mut View<'_>) {
         let Step::Start(count) = self.step else {
             return;
@@ -195,23 +226,12 @@ fn staging_holds(view: &mut View<'_>, image: &[u8]) -> bool {
 
 impl Script for Cuts {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
-        let is_staging = matches!(self.step, Step::Load | Step::Staging);
-        if is_staging && view.resets() > self.resets {
-            self.client.give_up();
-            self.step = Step::Start(self.client.boot_ups.len() + 1);
-        }
-        match self.client.poll(view) {
-            Some(answer) => self.answered(view, answer),
-            None if self.client.is_busy() => Flow::Continue,
-            None => {
-                self.idle(view);
-                Flow::Continue
-            }
-        }
+        self.fill_bus(view);
+        self.act(view)
     }
 
     fn at_poll(&mut self, view: &mut View<'_>) -> Flow {
-        self.at_edge(view)
+        self.act(view)
     }
 }
 
