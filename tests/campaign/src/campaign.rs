@@ -19,8 +19,8 @@ use crate::snapshots::{Method, Report, Snapshots};
 use crate::survey::{Survey, one_of_each};
 use crate::timetable::Timetable;
 
-/// Injections of the warm-up in each of its places.
-const WARM_UP: u64 = 6;
+/// Injections of the warm-up of a campaign in each of its places.
+pub const WARM_UP: u64 = 6;
 
 /// Recordings before the injections for which no experiment stands are simulated: each finds
 /// another experiment that may.
@@ -52,13 +52,13 @@ pub fn draw(seed: u64, place: Place, numbers: Range<u64>) -> Result<Vec<Injectio
 }
 
 /// A skip of each instruction that a control period of a motion executes, in each motion, at one of
-/// its executions that the seed decides.
+/// its executions that the seed decides, on a board with the warm-up [`WARM_UP`].
 ///
 /// # Errors
 /// As [`CampaignError`] says.
 pub fn draw_period(seed: u64) -> Result<Vec<Injection>, CampaignError> {
     let injector = Injector::new(Vec::new());
-    let timetable = timetable()?;
+    let timetable = timetable(WARM_UP)?;
     let limit_ms = timetable.duration_ms();
     let survey = Survey::new(timetable, injector.clone());
     let survey = run_script(survey, limit_ms, injector)?;
@@ -75,13 +75,23 @@ pub enum Judged {
     ByRecording(Option<Defect>),
 }
 
-/// Judges these injections, with this number of processes at a time, and reports each verdict.
+/// The boards of a campaign.
+#[derive(Debug, Clone, Copy)]
+pub struct Boards {
+    /// Experiments at a time.
+    pub processes: usize,
+    /// Injections of the warm-up in each of its places. It saves time if many experiments follow;
+    /// their instants depend on it.
+    pub warm_up: u64,
+}
+
+/// Judges these injections on these boards, and reports each verdict.
 ///
 /// # Errors
 /// As [`CampaignError`] says.
 pub fn run_all(
     injections: &[Injection],
-    processes: usize,
+    boards: Boards,
     judged: Judged,
     report: impl FnMut(Injection, Verdict) + Send + 'static,
 ) -> Result<(), CampaignError> {
@@ -92,19 +102,19 @@ pub fn run_all(
             let layout = Some(Layout::try_new(firmware())?);
             let method = Method { layout, defect };
             for _ in 0..RECORDINGS {
-                (report, left) = run(&left, processes, method.clone(), (report, None))?;
+                (report, left) = run(&left, boards, method.clone(), (report, None))?;
             }
             None
         }
     };
-    run(&left, processes, Method::default(), (report, trace)).map(drop)
+    run(&left, boards, Method::default(), (report, trace)).map(drop)
 }
 
 /// Judges these injections. Returns those that were not judged, because no experiment stands for
 /// them.
 fn run(
     injections: &[Injection],
-    processes: usize,
+    boards: Boards,
     method: Method,
     (report, trace): (Report, Option<File>),
 ) -> Result<(Report, Vec<Injection>), CampaignError> {
@@ -112,11 +122,11 @@ fn run(
         return Ok((report, Vec::new()));
     }
     let injector = Injector::new(working_memory(firmware())?);
-    let timetable = timetable()?;
+    let timetable = timetable(boards.warm_up)?;
     let limit_ms = timetable.duration_ms() + u64::from(OBSERVED_MS);
     let script = Snapshots::new(
         injections.to_vec(),
-        processes,
+        boards.processes,
         (injector.clone(), timetable),
         method,
         (report, trace),
@@ -126,13 +136,13 @@ fn run(
     Ok((script.report, script.unjudged))
 }
 
-/// The timetable of all boards.
-fn timetable() -> Result<Timetable, FirmwareError> {
-    let mut warm_up = Vec::new();
+/// The timetable of all boards with so many injections of the warm-up in each of its places.
+fn timetable(warm_up: u64) -> Result<Timetable, FirmwareError> {
+    let mut injections = Vec::new();
     for place in [Place::Ram, Place::Registers, Place::Instruction] {
-        warm_up.extend(draw(u64::MAX, place, 0..WARM_UP)?);
+        injections.extend(draw(u64::MAX, place, 0..warm_up)?);
     }
-    Ok(Timetable::new(warm_up))
+    Ok(Timetable::new(injections))
 }
 
 /// Runs a board with this script for this time at most. Returns the script.

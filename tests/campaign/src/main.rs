@@ -11,7 +11,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use board_tests::program::firmware;
 use clap::Parser;
-use fault_campaign::campaign::{CampaignError, Judged, TRACE_COLUMNS, draw, draw_period, run_all};
+use fault_campaign::campaign::{
+    Boards, CampaignError, Judged, TRACE_COLUMNS, WARM_UP, draw, draw_period, run_all,
+};
 use fault_campaign::class::{Class, MemoryMap};
 use fault_campaign::history::{Entry, update};
 use fault_campaign::injection::{Injection, Place};
@@ -199,7 +201,11 @@ fn judge(options: &Options, known: &Known, injections: &[Injection]) -> Result<(
     } else {
         Judged::ByRecording(None)
     };
-    run_all(&left, options.jobs, judged, report)?;
+    let boards = Boards {
+        processes: options.jobs,
+        warm_up: WARM_UP,
+    };
+    run_all(&left, boards, judged, report)?;
     progress.finish();
     Ok(std::mem::replace(&mut lock(known).1, Ok(()))?)
 }

@@ -12,6 +12,9 @@ use fault_campaign::injection::{Injection, Place};
 use fault_campaign::motion::Motion;
 use fault_campaign::outcome::{Basis, Outcome, Verdict};
 
+/// Warm-up of boards on which few experiments are carried out.
+const WARM_UP: u64 = 1;
+
 /// Seed of other injections than those of the document.
 const SEED: u64 = 77;
 
@@ -51,7 +54,7 @@ fn experiments_confirm_what_a_recording_decides() {
     injections.extend(
         close.filter(|injection| (600..612).contains(&injection.at_ms) && injection.number >= 160),
     );
-    let all = verdicts(&injections, Judged::ByRecording(None));
+    let all = verdicts(&injections, WARM_UP, Judged::ByRecording(None));
     let expected = [
         decided(&all, Place::Ram, Outcome::NoEffect, 100),
         decided(&all, Place::Registers, Outcome::NoEffect, 100),
@@ -60,7 +63,7 @@ fn experiments_confirm_what_a_recording_decides() {
     ]
     .concat();
     let sample: Vec<Injection> = expected.iter().map(|(injection, _)| *injection).collect();
-    let found = verdicts(&sample, Judged::ByExperiments(None));
+    let found = verdicts(&sample, WARM_UP, Judged::ByExperiments(None));
     for (injection, verdict) in found {
         let (_, expected) = expected.iter().find(|(it, _)| *it == injection).unwrap();
         let times = |verdict: &Verdict| (verdict.outcome, verdict.told_ms, verdict.safe_ms);
@@ -103,9 +106,9 @@ fn cases() -> [Case; 3] {
 fn compared((defect, injections): &Case) -> Vec<(Verdict, Verdict)> {
     static RIGHT: LazyLock<Vec<(Injection, Verdict)>> = LazyLock::new(|| {
         let all: Vec<_> = cases().into_iter().flat_map(|(_, some)| some).collect();
-        verdicts(&all, Judged::ByRecording(None))
+        verdicts(&all, WARM_UP, Judged::ByRecording(None))
     });
-    let wrong = verdicts(injections, Judged::ByRecording(Some(*defect)));
+    let wrong = verdicts(injections, WARM_UP, Judged::ByRecording(Some(*defect)));
     let right = |injection| {
         let mut all = RIGHT.iter();
         all.find(|(it, _)| it == injection).expect("it is judged").1

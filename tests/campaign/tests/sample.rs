@@ -6,7 +6,7 @@ use std::sync::LazyLock;
 
 use board_tests::program::firmware;
 use common::verdicts;
-use fault_campaign::campaign::{Judged, draw, draw_period};
+use fault_campaign::campaign::{Judged, WARM_UP, draw, draw_period};
 use fault_campaign::injection::{Injection, Place};
 use fault_campaign::outcome::{Outcome, Verdict};
 
@@ -63,7 +63,7 @@ fn skips_of_a_period() -> &'static [Injection] {
 fn judged(injections: &[Injection]) -> Vec<(Injection, Verdict)> {
     static ALL: LazyLock<Vec<(Injection, Verdict)>> = LazyLock::new(|| {
         let all = [&sample()[..], &device_flips(), skips_of_a_period()].concat();
-        verdicts(&all, Judged::ByRecording(None))
+        verdicts(&all, WARM_UP, Judged::ByRecording(None))
     });
     let of_these = ALL.iter().filter(|(it, _)| injections.contains(it));
     of_these.copied().collect()
