@@ -22,13 +22,13 @@ const INSTANTS_MS: Range<u32> = 300..LATEST_MS;
 /// End of these instants, ms.
 pub const LATEST_MS: u32 = 1500;
 
-/// Instructions in four control periods of a moving drive, about: an injection into the core
+/// Instructions in three control periods of a moving drive, about: an injection into the core
 /// follows its instant after up to so many, so that it meets an instruction as often as that is
 /// executed.
 const INSTRUCTIONS: u32 = 130_000;
 
-/// Executed instructions in a control period of a moving drive, at most.
-pub const PERIOD_INSTRUCTIONS: u64 = 36_000;
+/// More instructions than a control period executes: between the numbers of two motions.
+pub const PERIOD_INSTRUCTIONS: u64 = 60_000;
 
 /// Where an injection is made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use board_tests::master::PERIODS;
 use rand_pcg::{Pcg32, rand_core::Rng};
 use virtual_board::run::{Flow, Script, View};
 
@@ -12,13 +13,13 @@ use crate::snapshots::send;
 use crate::timetable::{Instant, Timetable};
 
 /// The script of a board that is not disturbed after its warm-up. It records the addresses of the
-/// instructions from the instant on at which experiments are copied.
+/// instructions of the control period after the instant at which experiments are copied.
 #[derive(Debug)]
 pub struct Survey {
     timetable: Timetable,
     injector: Injector,
     recorded: Option<Motion>,
-    /// The addresses of the instructions that follow that instant, by motion.
+    /// These addresses, in the order of their execution, by motion.
     pub executed: BTreeMap<Motion, Vec<u32>>,
 }
 
@@ -36,7 +37,6 @@ impl Survey {
     fn act(&mut self, view: &mut View<'_>, is_edge: bool) -> Flow {
         self.timetable.carry_out(view);
         if self.timetable.is_over(view.now_ns()) {
-            self.keep();
             return Flow::End;
         }
         if let Some(instant) = self.timetable.next(view.now_ns(), is_edge) {
@@ -50,14 +50,15 @@ impl Survey {
         send(view, motion, ms);
         if instant.is_warm_up {
             self.timetable.carry_out_warm_up(ms, view, &self.injector);
-        } else if ms == motion.typical_ms() {
+        } else if ms == motion.typical_ms() + PERIODS as u32 {
             self.keep();
+        } else if ms == motion.typical_ms() {
             self.recorded = Some(motion);
             self.injector.record_addresses();
         }
     }
 
-    /// Keeps what was recorded of the last motion.
+    /// Keeps what was recorded of a motion.
     fn keep(&mut self) {
         if let Some(motion) = self.recorded.take() {
             self.executed.insert(motion, self.injector.take_addresses());
@@ -75,13 +76,20 @@ impl Script for Survey {
     }
 }
 
+/// Instructions at the begin of a period, 3 ms or more of it. An execution among them is chosen if there
+/// is one, so that the choice does not depend on where the period ends.
+const BEGIN: u32 = 36_000;
+
 /// A skip of one execution of each instruction that these motions execute, by random with this seed.
 pub fn one_of_each(seed: u64, executed: &BTreeMap<Motion, Vec<u32>>) -> Vec<Injection> {
     let mut chosen = Vec::new();
     for (motion, addresses) in executed {
         let mut executions: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for (number, address) in (0..).zip(addresses) {
-            executions.entry(*address).or_default().push(number);
+            let numbers = executions.entry(*address).or_default();
+            if number < BEGIN || numbers.first().is_none_or(|first| *first >= BEGIN) {
+                numbers.push(number);
+            }
         }
         for (address, numbers) in executions {
             let mut random = Pcg32::new(seed, address.into());
