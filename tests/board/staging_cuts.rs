@@ -21,9 +21,9 @@ const CUTS: usize = 24;
 /// Time from boot-up until the program has started and is asked, ns.
 const STARTED_NS: u64 = 60_000_000;
 
-/// Commands in a PWM period of 1 ms that fill the bus: one of 6 bytes has 98 bits without stuff bits,
-/// and takes 98 us or more.
-const COMMANDS: usize = 10;
+/// Commands that wait for the bus: more than it carries until the next PWM edge, 1 ms later. One of
+/// 6 bytes has 95 bits with the intermission, without stuff bits, and takes 95 us or more.
+const WAITING: usize = 16;
 
 /// Words of the program in the image.
 const WORDS: usize = 64;
@@ -54,6 +54,8 @@ struct Cuts {
     is_cut: bool,
     random: Random,
     resets: usize,
+    /// Cuts at which a command waited for the bus.
+    on_full_bus: usize,
     refused: usize,
     whole: usize,
     is_staged: bool,
@@ -94,6 +96,7 @@ impl Cuts {
             is_cut: false,
             random,
             resets: 0,
+            on_full_bus: 0,
             refused: 0,
             whole: 0,
             is_staged: false,
@@ -133,6 +136,8 @@ impl Cuts {
                 assert_eq!(answer, Answer::Done(0), "the image fits");
                 if self.is_cut {
                     self.step = Step::Staging;
+                    send(view, start());
+                    self.fill_bus(view);
                 } else {
                     self.ask(view, STATUS, Step::Status);
                 }
@@ -172,19 +177,17 @@ impl Cuts {
         Flow::Continue
     }
 
-    /// Fills the bus while the image is written, as its download does before.
+    /// Fills the bus while the image is written.
     fn fill_bus(&self, view: &mut View<'_>) {
-        if self.step == Step::Staging {
-            send(view, start());
-            for _ in 0..COMMANDS {
-                send(view, control(0, 0));
-            }
+        while self.step == Step::Staging && waiting(view) < WAITING {
+            send(view, control(0, 0));
         }
     }
 
     fn act(&mut self, view: &mut View<'_>) -> Flow {
         let is_staging = matches!(self.step, Step::Load | Step::Staging);
         if is_staging && view.resets() > self.resets {
+            self.on_full_bus += usize::from(waiting(view) > 0);
             self.client.give_up();
             self.step = Step::Start(self.client.boot_ups.len() + 1);
         }
@@ -212,6 +215,11 @@ impl Cuts {
             self.load(view);
         }
     }
+}
+
+/// Frames of the master that wait for the bus.
+fn waiting(view: &mut View<'_>) -> usize {
+    view.port(0).map_or(0, |port| port.queued())
 }
 
 /// Whether the staging area holds this image.
@@ -251,5 +259,6 @@ fn after_a_loss_of_supply_while_it_stages_an_image_the_program_runs_and_stages_t
     println!("{cuts} cuts in {ms} ms: {} images whole", script.whole);
     assert!(script.left.is_empty() && script.is_staged);
     assert_eq!(finished.resets.len(), cuts);
+    assert_eq!(script.on_full_bus, cuts);
     assert!(cuts >= CUTS && script.refused >= CUTS - 2);
 }

@@ -1,4 +1,4 @@
-//! The programs of the boards: as ELF with symbols for a debugger, and as the bytes of the flash or
+//! The programs of the boards: as ELF with symbols for a debugger, as the bytes of the flash, and as
 //! a signed image.
 //!
 //! Image and bootloader are those of the key that the environment variable `ACTUATOR_KEY` names,
@@ -30,6 +30,7 @@ pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
         let elf = folder.join(BOARD_TARGET).join("board").join(name);
         program_image::stamp(&elf)?;
         let place = out.join("boards").join(name);
+        write_flash(&elf, &place.with_extension("bin"))?;
         copy(&elf, &place.with_extension("elf"))?;
         if is_in_slot(&elf)? {
             let image = write_image(&elf, key.as_deref())?;
@@ -38,8 +39,6 @@ pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
             cross_build::build(BOARD_TARGET, &arguments, &folder)?;
             copy(&boot_elf(&elf), &out.join("boards/actuator-boot.elf"))?;
             write_flash(&boot_elf(&elf), &out.join("boards/actuator-boot.bin"))?;
-        } else {
-            write_flash(&elf, &place.with_extension("bin"))?;
         }
     }
     Ok(())

@@ -45,6 +45,9 @@ pub enum Error {
     /// The list of packages is not what was expected.
     #[error("the output of `cargo metadata`: {0}")]
     Metadata(#[from] serde_json::Error),
+    /// The list of changes has no section of this version.
+    #[error("CHANGELOG.md: no section `## {0}`, the version of the workspace")]
+    NoChanges(&'static str),
     /// A file is larger than it may be.
     #[error("{} has {bytes} bytes, expected {most} at most", path.display())]
     TooLarge {

@@ -40,7 +40,7 @@ struct Options {
 }
 
 /// A part of the release. The pages are made by the program.
-#[derive(Debug, Clone, Copy, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Part {
     /// Licences, changes, EDS and object dictionary
     Documents,
@@ -104,13 +104,15 @@ fn run(options: Options) -> Result<(), Error> {
     fs::create_dir_all(&out).map_err(at(&out))?;
     let out = fs::canonicalize(&out).map_err(at(&out))?;
     let tools = Tools::ready()?;
-    for part in parts {
+    for part in &parts {
         println!("-- {part:?}");
         part.make(&tools, &out)?;
     }
     let changes = cross_build::workspace().join("CHANGELOG.md");
     let changes = fs::read_to_string(&changes).map_err(at(&changes))?;
-    release_notes::write(&changes, &out)?;
+    let boards = out.join("boards");
+    let is_made = parts.contains(&Part::Boards);
+    release_notes::write(&changes, is_made.then_some(&boards), &out)?;
     checksums::write(&out)?;
     println!("{}", out.display());
     Ok(())

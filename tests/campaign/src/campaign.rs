@@ -12,8 +12,9 @@ pub use crate::accesses::Defect;
 use crate::accesses::Layout;
 use crate::experiment::OBSERVED_MS;
 pub use crate::experiment::TRACE_COLUMNS;
-use crate::injection::{Injection, Place, working_memory};
+use crate::injection::{Injection, PERIOD_INSTRUCTIONS, Place, working_memory};
 use crate::injector::Injector;
+use crate::motion::Motion;
 use crate::outcome::Verdict;
 use crate::snapshots::{Method, Report, Snapshots};
 use crate::survey::{Survey, one_of_each};
@@ -35,6 +36,9 @@ pub enum CampaignError {
     /// The undisturbed board does not run.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// A control period has no end, or more instructions than are recorded.
+    #[error("{0:?}: the instructions of a control period were not recorded as a whole")]
+    Period(Motion),
     /// A copy of the emulated board cannot be made.
     #[error("cannot copy the emulated board: {0}")]
     Copy(#[from] io::Error),
@@ -61,8 +65,14 @@ pub fn draw_period(seed: u64) -> Result<Vec<Injection>, CampaignError> {
     let timetable = timetable(WARM_UP)?;
     let limit_ms = timetable.duration_ms();
     let survey = Survey::new(timetable, injector.clone());
-    let survey = run_script(survey, limit_ms, injector)?;
-    Ok(one_of_each(seed, &survey.executed))
+    let executed = run_script(survey, limit_ms, injector)?.executed;
+    let is_whole = |addresses: &Vec<u32>| (addresses.len() as u64) < PERIOD_INSTRUCTIONS;
+    for motion in Motion::ALL {
+        if !executed.get(&motion).is_some_and(is_whole) {
+            return Err(CampaignError::Period(motion));
+        }
+    }
+    Ok(one_of_each(seed, &executed))
 }
 
 /// How injections are judged.

@@ -38,6 +38,8 @@ pub enum Class {
     Flags,
     /// An instruction that is skipped, in this motion.
     Instruction(Motion),
+    /// Each instruction of a control period, which is skipped once, in this motion.
+    Period(Motion),
 }
 
 impl Class {
@@ -58,6 +60,7 @@ impl Class {
             Self::ProgramCounter => "PC",
             Self::Flags => "flags",
             Self::Instruction(motion) => return format!("skipped: {}", motion.name()),
+            Self::Period(motion) => return format!("each skipped: {}", motion.name()),
         };
         name.into()
     }
@@ -110,7 +113,8 @@ impl MemoryMap {
     pub fn class(&self, injection: &Injection) -> Class {
         match injection.place {
             Place::Registers => Class::of_register(injection.address / 4),
-            Place::Instruction | Place::Period => Class::Instruction(injection.motion),
+            Place::Instruction => Class::Instruction(injection.motion),
+            Place::Period => Class::Period(injection.motion),
             Place::Ram | Place::Code => {
                 let mut parts = self.parts.iter();
                 let part = parts.find(|(range, _)| range.contains(&injection.address));

@@ -27,7 +27,7 @@ pub const LATEST_MS: u32 = 1500;
 /// executed.
 const INSTRUCTIONS: u32 = 130_000;
 
-/// More instructions than a control period executes: between the numbers of two motions.
+/// More instructions than a control period executes; the numbers of two motions are this far apart.
 pub const PERIOD_INSTRUCTIONS: u64 = 60_000;
 
 /// Where an injection is made.
@@ -43,7 +43,8 @@ pub enum Place {
     /// An instruction, which is skipped.
     Instruction,
     /// Each instruction of one control period of each motion, which is skipped in one of its
-    /// executions.
+    /// executions. The first one of an interrupt handler is not among them: the emulator enters the
+    /// handler and executes that instruction in one step.
     Period,
 }
 
@@ -122,8 +123,8 @@ pub struct Injection {
     pub number: u64,
     /// Where.
     pub place: Place,
-    /// Address of the byte, or of the instruction that is skipped if it is known; of a register, four
-    /// times its number and the byte in it.
+    /// Address of the byte, or of the instruction that is skipped if it is known; of a register,
+    /// four times its number and the byte in it.
     pub address: u64,
     /// The bit, 0 to 7.
     pub bit: u8,

@@ -60,6 +60,28 @@ struct Line {
     basis: Basis,
 }
 
+impl Line {
+    fn result(&self) -> (Injection, Verdict) {
+        let injection = Injection {
+            number: self.number,
+            place: self.place,
+            address: self.address,
+            bit: self.bit,
+            at_ms: self.at_ms,
+            instructions: self.instructions,
+            motion: self.motion,
+        };
+        let verdict = Verdict {
+            outcome: self.outcome,
+            told_ms: self.told_ms,
+            safe_ms: self.safe_ms,
+            pc: self.pc,
+            basis: self.basis,
+        };
+        (injection, verdict)
+    }
+}
+
 /// The results of a program and a seed.
 #[derive(Debug, Default)]
 pub struct Results {
@@ -67,7 +89,7 @@ pub struct Results {
     path: Option<PathBuf>,
     program: String,
     seed: u64,
-    known: BTreeMap<(Place, u64), Verdict>,
+    known: BTreeMap<(Place, u64), (Injection, Verdict)>,
 }
 
 impl Results {
@@ -94,14 +116,9 @@ impl Results {
             for line in reader.deserialize() {
                 let line: Line = line.map_err(in_line(path))?;
                 if (&line.program, line.seed) == (&results.program, seed) {
-                    let verdict = Verdict {
-                        outcome: line.outcome,
-                        told_ms: line.told_ms,
-                        safe_ms: line.safe_ms,
-                        pc: line.pc,
-                        basis: line.basis,
-                    };
-                    results.known.insert((line.place, line.number), verdict);
+                    let (injection, verdict) = line.result();
+                    let key = (injection.place, injection.number);
+                    results.known.insert(key, (injection, verdict));
                 }
             }
         }
@@ -113,10 +130,12 @@ impl Results {
         &self.program
     }
 
-    /// The verdict on an injection that has been carried out.
+    /// The verdict on an injection that has been carried out: one of the same number into another
+    /// place, or at another instant, does not count.
     pub fn verdict(&self, injection: &Injection) -> Option<Verdict> {
         let key = (injection.place, injection.number);
-        self.known.get(&key).copied()
+        let known = self.known.get(&key).filter(|(it, _)| it == injection);
+        known.map(|(_, verdict)| *verdict)
     }
 
     /// Adds a result, and writes it.
@@ -125,7 +144,7 @@ impl Results {
     /// The file cannot be written.
     pub fn add(&mut self, injection: &Injection, verdict: Verdict) -> Result<(), ResultsError> {
         let key = (injection.place, injection.number);
-        self.known.insert(key, verdict);
+        self.known.insert(key, (*injection, verdict));
         let Some(path) = &self.path else {
             return Ok(());
         };
@@ -206,6 +225,11 @@ mod tests {
         let found = [3, 4, 5].map(|number| again.verdict(&draw(number, Place::Ram)));
         assert_eq!(found, [Some(verdict(Some(20))), Some(verdict(None)), None]);
         assert_eq!(again.verdict(&draw(3, Place::Code)), None);
+        let later = Injection {
+            at_ms: draw(3, Place::Ram).at_ms + 1,
+            ..draw(3, Place::Ram)
+        };
+        assert_eq!(again.verdict(&later), None);
         assert_eq!(open("a", 2).verdict(&draw(3, Place::Ram)), None);
     }
 

@@ -76,20 +76,14 @@ impl Script for Survey {
     }
 }
 
-/// Instructions at the begin of a period, 3 ms or more of it. An execution among them is chosen if there
-/// is one, so that the choice does not depend on where the period ends.
-const BEGIN: u32 = 36_000;
-
-/// A skip of one execution of each instruction that these motions execute, by random with this seed.
+/// A skip of each instruction that these motions execute, in one of its executions, chosen at random
+/// with this seed.
 pub fn one_of_each(seed: u64, executed: &BTreeMap<Motion, Vec<u32>>) -> Vec<Injection> {
     let mut chosen = Vec::new();
     for (motion, addresses) in executed {
         let mut executions: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for (number, address) in (0..).zip(addresses) {
-            let numbers = executions.entry(*address).or_default();
-            if number < BEGIN || numbers.first().is_none_or(|first| *first >= BEGIN) {
-                numbers.push(number);
-            }
+            executions.entry(*address).or_default().push(number);
         }
         for (address, numbers) in executions {
             let mut random = Pcg32::new(seed, address.into());

@@ -8,6 +8,7 @@ use board_tests::program::firmware;
 use common::verdicts;
 use fault_campaign::campaign::{Judged, WARM_UP, draw, draw_period};
 use fault_campaign::injection::{Injection, Place};
+use fault_campaign::motion::Motion;
 use fault_campaign::outcome::{Outcome, Verdict};
 
 /// Seed of another campaign than that of the document.
@@ -48,7 +49,7 @@ fn device_flips() -> Vec<Injection> {
     numbers.map(draw).collect()
 }
 
-/// Each so many of the instructions that a control period executes.
+/// Interval between the sampled instructions of a control period.
 const EVERY: usize = 1_000;
 
 fn skips_of_a_period() -> &'static [Injection] {
@@ -103,8 +104,11 @@ fn every_flip_in_the_canopen_device_is_told() {
 #[test]
 fn a_skip_in_a_control_period_meets_the_instruction_that_was_recorded_there() {
     let injections = skips_of_a_period();
-    // A period executes at least 2,000 of the program's instructions in each of seven motions.
-    assert!(injections.len() >= 14, "{}", injections.len());
+    // A period executes more than 4,000 of the program's instructions in each motion.
+    for motion in Motion::ALL {
+        let of_motion = injections.iter().filter(|it| it.motion == motion);
+        assert!(of_motion.count() >= 4, "{motion:?}");
+    }
     for (injection, verdict) in judged(injections) {
         assert_eq!(u64::from(verdict.pc), injection.address, "{injection:x?}");
         assert!(verdict.outcome < Outcome::Hazardous, "{injection:x?}");
