@@ -1,5 +1,5 @@
-//! The programs of the boards: as ELF with symbols for a debugger, as the bytes of the flash, and as
-//! a signed image.
+//! The programs of the boards: as ELF with symbols for a debugger, as the bytes of the flash, and
+//! as a signed image.
 //!
 //! Image and bootloader are those of the key that the environment variable `ACTUATOR_KEY` names,
 //! whose public key `ACTUATOR_PUBLIC_KEY` names; without them, those of the development key.

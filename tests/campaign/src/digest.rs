@@ -8,8 +8,9 @@ use virtual_board::processor::{Memory, Processor};
 use crate::injector::{SP, read};
 
 /// The digest of these ranges of the memory and of the registers. Of the range of the stack it has
-/// what lies from the stack pointer on, which is one of these registers: the program reads what lies
-/// below it only after it has written it (AAPCS32, 6.2.1.1), and to log the deepest use every 10 s.
+/// what lies from the stack pointer on, which is one of these registers: the program reads what
+/// lies below it only after it has written it (AAPCS32, 6.2.1.1), and to log the deepest use every
+/// 10 s.
 /// What a call has left there may remain for seconds.
 pub fn digest(core: &dyn Processor, memory: &Memory, ranges: &[Range<u64>]) -> u64 {
     let top = u64::from(read(core, SP));

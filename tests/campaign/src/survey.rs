@@ -76,8 +76,8 @@ impl Script for Survey {
     }
 }
 
-/// A skip of each instruction that these motions execute, in one of its executions, chosen at random
-/// with this seed.
+/// A skip of each instruction that these motions execute, in one of its executions, chosen at
+/// random with this seed.
 pub fn one_of_each(seed: u64, executed: &BTreeMap<Motion, Vec<u32>>) -> Vec<Injection> {
     let mut chosen = Vec::new();
     for (motion, addresses) in executed {
