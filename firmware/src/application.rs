@@ -362,9 +362,14 @@ impl Application {
     /// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.
     fn reaction(&self, fault: Fault) -> Reaction {
         match fault.reaction() {
-            Reaction::StopByBackEmf if !self.braking().contains(fault) => Reaction::SwitchOff,
+            Reaction::StopByBackEmf if !self.brakes_after(fault) => Reaction::SwitchOff,
             reaction => reaction,
         }
+    }
+
+    /// Whether the motor brakes after this fault.
+    pub fn brakes_after(&self, fault: Fault) -> bool {
+        self.braking().contains(fault)
     }
 
     /// The faults after which the motor brakes.

@@ -1,15 +1,13 @@
-//! Check of the program's flash, and the fault that a restarted program reports.
+//! Check of the program's flash.
 //!
 //! The board's program checks its own flash in parts, one in each control period, and the memory of
 //! the [`Device`](crate::drive::Device) before each use. After a mismatch neither code nor data are
-//! reliable: the program brakes, restarts the processor and reports the fault, whose number it
-//! keeps in a register that survives the restart.
+//! reliable: [`shutdown`](crate::shutdown) follows.
 
 use core::mem::replace;
 
 use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
 
-use crate::faults::Fault;
 use crate::timing::periods;
 
 /// Control periods in which all of the program's flash is checked once. A change behind the place
@@ -126,26 +124,6 @@ impl<'a, C: WordCrc> ProgramCheck<'a, C> {
         self.crc.restart();
         found == self.reference
     }
-}
-
-/// Marks a register that holds the fault of a restart: any other content is that of another reset.
-const MARK: u32 = 0x5341_0000;
-
-/// Content of the register for a restart because of this fault.
-pub const fn restart_mark(fault: Fault) -> u32 {
-    MARK | fault.number() as u32
-}
-
-/// The fault of a restart by the content of the register.
-///
-/// ```
-/// use firmware::{faults::Fault, integrity::{restart_fault, restart_mark}};
-/// assert_eq!(restart_fault(restart_mark(Fault::DataCorrupt)), Some(Fault::DataCorrupt));
-/// assert_eq!(restart_fault(0), None);
-/// ```
-pub fn restart_fault(register: u32) -> Option<Fault> {
-    let number = register.wrapping_sub(MARK);
-    Fault::of_number(u16::try_from(number).ok()?)
 }
 
 #[cfg(test)]

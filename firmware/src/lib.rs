@@ -20,6 +20,7 @@
 //! | [`parameters`] | parameters and their ranges |
 //! | [`store`] | parameters in flash |
 //! | [`capture`] | recording of selected signals at the control rate |
+//! | [`shutdown`] | what remains of the program after its data or its flash are corrupt |
 //! | [`supervisor`] | supervision of the tasks by the watchdog, missed control periods, cause of the reset |
 //! | [`dictionary`] | the CANopen object dictionary |
 //! | [`drive`] | the application as a CANopen drive: object dictionary, CiA 402, EMCY, store |
@@ -42,6 +43,7 @@ pub mod measure;
 pub mod native;
 pub mod parameters;
 pub mod protection;
+pub mod shutdown;
 pub mod store;
 pub mod supervisor;
 pub mod timing;

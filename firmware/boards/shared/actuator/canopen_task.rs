@@ -13,6 +13,7 @@ use firmware::{
     application::{Bridge as Command, Outputs, Samples},
     drive::{Device, StoredParameters},
     faults::Fault,
+    shutdown::Shutdown,
 };
 
 use self::reception::{communicate, is_process_data, receive_twice};
@@ -24,7 +25,7 @@ use super::{
     queues::DeviceEnds,
     sealed::{Restored, Sealed},
     servo_pulse::ServoPulse,
-    shutdown::Shutdown,
+    shutdown,
     timing::PWM_PERIOD_US,
     watchdog_supervisor::WatchdogSupervisor,
 };
@@ -54,7 +55,7 @@ pub struct CanopenTask {
     /// The last control step, until it has been computed a second time.
     last_step: Option<LastStep>,
     /// After corrupt data or a corrupt program: the device is used no more.
-    shutdown: Option<Shutdown>,
+    shutdown: Shutdown,
     /// Node-ID of the last call; 0 for none.
     node_id: u8,
     watchdog: WatchdogSupervisor,
@@ -123,7 +124,7 @@ impl CanopenTask {
             device,
             was_driven: false,
             last_step: None,
-            shutdown: None,
+            shutdown: Shutdown::default(),
             node_id: 0,
             watchdog,
             queues,
@@ -148,7 +149,7 @@ impl CanopenTask {
                 self.device.seal();
             }
             // The device is used no more.
-            None if self.shutdown.is_some() => {}
+            None if self.shutdown.has_begun() => {}
             None => {
                 let is_intact = self.device.unseal_and_copy()
                     && self.part_seals.renew(self.device.get())
@@ -191,9 +192,7 @@ impl CanopenTask {
 
     #[inline(never)]
     fn begin_shutdown(&mut self, fault: Fault, is_driven: bool) {
-        let node_id = self.node_id;
-        self.shutdown
-            .get_or_insert_with(|| Shutdown::new(fault, is_driven, node_id));
+        self.shutdown.begin(fault, is_driven);
     }
 
     /// Starts the control step of the period of this number; returns the drive's decision, unless
@@ -208,17 +207,15 @@ impl CanopenTask {
         samples.missed_periods = self.watchdog.begin_step(control_period);
         let is_intact = self.device.unseal();
         self.check(is_intact, is_driven);
-        match self.shutdown {
-            None => Some(device_control(self.device.get(), samples)),
-            Some(_) => None,
+        if self.shutdown.has_begun() {
+            return None;
         }
+        Some(device_control(self.device.get(), samples))
     }
 
     /// The command to the bridge without a decision of the drive.
     pub fn shut_down(&mut self) -> Command {
-        self.shutdown
-            .as_mut()
-            .map_or(Command::Coast, Shutdown::step)
+        self.shutdown.step().unwrap_or_else(|| shutdown::restart())
     }
 
     /// Ends the control step with these samples, after its decision is set at the bridge.
@@ -249,13 +246,13 @@ impl CanopenTask {
         self.check(is_intact, is_driven);
         let now_us = self.time_us(period);
         let start = has_process_data.then(DWT::cycle_count);
-        if has_process_data && self.shutdown.is_none() && !receive_twice(self, now_us) {
+        if has_process_data && !self.shutdown.has_begun() && !receive_twice(self, now_us) {
             self.begin_shutdown(Fault::DataCorrupt, is_driven);
         }
         // What the call does must not be undone.
         self.device.discard_copy();
-        if let Some(shutdown) = &mut self.shutdown {
-            if let Some(frame) = shutdown.take_frame() {
+        if self.shutdown.has_begun() {
+            if let Some(frame) = self.shutdown.take_frame(self.node_id) {
                 match self.queues.to_transmit.enqueue(frame) {
                     // Before everything that waits.
                     Ok(()) => bus_status::request_discard(),

@@ -66,6 +66,7 @@ macro_rules! actuator_program {
                     queues::{ControllerEnds, ReceivedFrames, ends},
                     sealed::Sealed,
                     servo_pulse::ServoPulse,
+                    shutdown,
                     timebase::PeriodCounter,
                     timing::PWM_PERIODS,
                     watchdog_supervisor::{WatchdogSupervisor, report_alive},
@@ -125,7 +126,7 @@ macro_rules! actuator_program {
                 let start = Start {
                     watchdog: peripherals.reset_cause == ResetCause::Watchdog,
                     parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
-                    data_corrupt: peripherals.restart_fault == Some(Fault::DataCorrupt),
+                    data_corrupt: peripherals.was_shut_down && is_as_built,
                     program_corrupt: !is_as_built,
                 };
                 let device = Device::new(loaded.parameters, start, cx.local.capture_buffer, 0);
@@ -142,8 +143,12 @@ macro_rules! actuator_program {
                 let kbit_s = device.drive.application().parameters().bus.bit_rate_kbit_s as u16;
                 let (can, can_receiver, acceptance) = Can::new(peripherals.can, &initial_ids);
                 let can = CanController::new(can, kbit_s, ends.controller);
-                let watchdog =
+                let mut watchdog =
                     WatchdogSupervisor::start(peripherals.watchdogs, cx.core.DCB, cx.core.DWT);
+                let application = device.drive.application();
+                if !is_as_built && application.brakes_after(Fault::ProgramCorrupt) {
+                    shutdown::brake_before_the_tasks(&mut peripherals.bridge, &mut watchdog);
+                }
                 peripherals.period_counter.start();
                 peripherals.bridge.timer().start();
                 let shared = Shared {

@@ -1,66 +1,40 @@
-//! What remains of the program when its data or its flash are corrupt: it brakes, reports the
-//! fault, and restarts the processor.
+//! The parts of a shutdown that need the chip: the restart, its mark, and the brake at the start of
+//! a corrupt program.
 
-use canopen::CanFrame;
-use firmware::{
-    application::Bridge, drive::emergency_frame, faults::Fault, integrity::restart_mark,
+use cortex_m::{asm::delay, peripheral::SCB};
+use drivers::bridge::Bridge as _;
+use firmware::shutdown::{BRAKING_PERIODS, RESTART_MARK};
+
+use super::{
+    timing::{CONTROL_RATE_HZ, CORE_HZ},
+    watchdog_supervisor::WatchdogSupervisor,
 };
+use crate::peripherals::{ActuatorBridge, backup};
 
-use super::timing::CONTROL_RATE_HZ;
-use crate::peripherals::backup;
-
-/// Control periods until the restart: in a second the shorted motor stops a shaft with twice the
-/// inertia of motor and gears (`docs/faults.md`: time constant).
-const BRAKING_PERIODS: u32 = CONTROL_RATE_HZ;
-
-/// The end of the program.
-pub struct Shutdown {
-    fault: Fault,
-    /// Whether the motor was driven.
-    brakes: bool,
-    periods: u32,
-    frame: Option<CanFrame>,
+/// Restarts the processor at the end of a shutdown. The mark depends on nothing: a program that
+/// gets here otherwise restarts in the same way, and brakes.
+pub fn restart() -> ! {
+    backup::write(RESTART_MARK);
+    SCB::sys_reset()
 }
 
-impl Shutdown {
-    /// Starts it. The motor brakes if it was driven, and otherwise remains free.
-    pub fn new(fault: Fault, brakes: bool, node_id: u8) -> Self {
-        Self {
-            fault,
-            brakes,
-            periods: 0,
-            frame: emergency_frame(fault, node_id),
-        }
-    }
-
-    /// The EMCY message, once.
-    pub fn take_frame(&mut self) -> Option<CanFrame> {
-        self.frame.take()
-    }
-
-    /// One control period. After the last one it does not return.
-    pub fn step(&mut self) -> Bridge {
-        self.periods += 1;
-        if self.periods > BRAKING_PERIODS {
-            restart(self.fault);
-        }
-        if self.brakes {
-            Bridge::Brake
-        } else {
-            Bridge::Coast
-        }
-    }
-}
-
-/// Restarts the processor; the program then reports this fault.
-fn restart(fault: Fault) -> ! {
-    backup::write(restart_mark(fault));
-    cortex_m::peripheral::SCB::sys_reset()
-}
-
-/// The mark of the last restart, once. The clock of the power controller is enabled.
-pub fn take_mark() -> u32 {
+/// Whether the last reset was the end of a shutdown, once. The clock of the power controller is
+/// enabled.
+pub fn take_mark() -> bool {
     let mark = backup::read();
     backup::write(0);
-    mark
+    mark == RESTART_MARK
+}
+
+/// Brakes for at least as long as a shutdown, before the tasks start of a program that is not as
+/// built: its control step may fail in each start, and the motor would be free between the resets
+/// by the watchdog. The counter of the bridge's timer has not started, and both compare values are
+/// 0: the low sides are closed.
+pub fn brake_before_the_tasks(bridge: &mut ActuatorBridge, watchdog: &mut WatchdogSupervisor) {
+    bridge.brake();
+    bridge.begin_pwm_period();
+    for _ in 0..BRAKING_PERIODS {
+        watchdog.feed();
+        delay(CORE_HZ / CONTROL_RATE_HZ);
+    }
 }

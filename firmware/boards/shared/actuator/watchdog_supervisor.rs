@@ -43,6 +43,11 @@ impl WatchdogSupervisor {
         }
     }
 
+    /// Feeds the watchdog before the first control step.
+    pub fn feed(&mut self) {
+        self.watchdog.feed();
+    }
+
     /// Starts the step of this control period; returns the number of periods without one before it.
     pub fn begin_step(&mut self, control_period: u32) -> u8 {
         let missed = self.steps.begin(control_period);

@@ -4,7 +4,7 @@ use core::ptr;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use drivers::encoder::Timed;
-use firmware::{faults::Fault, integrity::restart_fault, supervisor::ResetCause};
+use firmware::supervisor::ResetCause;
 use stm32f4xx_hal::{dma::StreamsTuple, prelude::*, signature::Uid};
 
 use super::{
@@ -33,8 +33,8 @@ pub struct Peripherals {
     pub crc_unit: CrcUnit,
     pub watchdogs: (pac::IWDG, pac::WWDG),
     pub reset_cause: ResetCause,
-    /// Fault of which the program has restarted itself.
-    pub restart_fault: Option<Fault>,
+    /// Whether the reset was the end of a shutdown.
+    pub was_shut_down: bool,
 }
 
 impl Peripherals {
@@ -84,7 +84,7 @@ impl Peripherals {
             crc_unit: CrcUnit::new(dp.CRC),
             watchdogs: (dp.IWDG, dp.WWDG),
             reset_cause,
-            restart_fault: restart_fault(shutdown::take_mark()),
+            was_shut_down: shutdown::take_mark(),
         }
     }
 }
