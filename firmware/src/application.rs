@@ -71,7 +71,7 @@ pub struct Start {
     pub watchdog: bool,
     /// There are stored parameters, but they cannot be read.
     pub parameters_corrupt: bool,
-    /// The program has restarted because of corrupt data.
+    /// A shutdown has restarted the program, and its flash is as built.
     pub data_corrupt: bool,
     /// The program's flash is not that of the program that was built.
     pub program_corrupt: bool,
@@ -361,20 +361,11 @@ impl Application {
 
     /// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.
     fn reaction(&self, fault: Fault) -> Reaction {
+        let braking = self.parameters.braking_faults();
         match fault.reaction() {
-            Reaction::StopByBackEmf if !self.brakes_after(fault) => Reaction::SwitchOff,
+            Reaction::StopByBackEmf if !braking.contains(fault) => Reaction::SwitchOff,
             reaction => reaction,
         }
-    }
-
-    /// Whether the motor brakes after this fault.
-    pub fn brakes_after(&self, fault: Fault) -> bool {
-        self.braking().contains(fault)
-    }
-
-    /// The faults after which the motor brakes.
-    fn braking(&self) -> FaultSet {
-        FaultSet::of_bits(self.parameters.stop.brake_faults as u32)
     }
 
     /// Closes the loop. Without a valid count the last duty stays in force.
@@ -468,7 +459,8 @@ impl Application {
             _ => FaultSet::EMPTY,
         };
         let is_unsafe = self.telemetry.present.contains(Fault::OverCurrent);
-        if !faults.is_empty() && faults.without(self.braking()).is_empty() && !is_unsafe {
+        let braking = self.parameters.braking_faults();
+        if !faults.is_empty() && faults.without(braking).is_empty() && !is_unsafe {
             Bridge::Brake
         } else {
             Bridge::Coast

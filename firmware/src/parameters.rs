@@ -87,6 +87,8 @@ pub(crate) mod tests;
 use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
 use model_core::parameter::Parameters;
 
+use crate::faults::FaultSet;
+
 pub use generated::*;
 
 /// Control parameters, by row of the table of [`ControlParameters`].
@@ -134,6 +136,11 @@ impl Word for f32 {
 }
 
 impl BoardParameters {
+    /// The faults after which the motor brakes.
+    pub fn braking_faults(&self) -> FaultSet {
+        FaultSet::of_bits(self.stop.brake_faults as u32)
+    }
+
     /// Writes all parameters as words: the control parameters, then [`Parameter::ALL`].
     ///
     /// A default of double precision is stored in single precision and restored unchanged.

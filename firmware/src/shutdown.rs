@@ -2,8 +2,9 @@
 //! fault is reported, and the processor restarts. The program then reports corrupt data, unless its
 //! flash is corrupt, which it finds at each start.
 //!
-//! Its state before the begin is that of a shutdown that brakes: a bit of it that flips begins that
-//! one at worst.
+//! Before it begins, its state is that of a shutdown that brakes, and each flag is a byte of which
+//! every bit counts: any bit that flips begins a shutdown that brakes, or has no effect on the
+//! motor.
 
 use canopen::CanFrame;
 use model_core::time::CONTROL_RATE_HZ;
@@ -14,9 +15,25 @@ use crate::{drive::emergency_frame, faults::Fault, interface::Bridge};
 /// inertia of motor and gears (`docs/faults.md`: time constant).
 pub const BRAKING_PERIODS: u32 = CONTROL_RATE_HZ;
 
-/// Content of a register that survives a restart, for the restart at the end of a shutdown: any
-/// other content is that of another reset.
+/// Content of the backup register after a restart by a shutdown; any other content means another
+/// reset.
 pub const RESTART_MARK: u32 = 0x5341_0016;
+
+/// A flag that is set unless all bits of its byte are clear. A `bool` has one bit: after another
+/// one has flipped, each branch may take it for a different value.
+#[derive(Debug, Clone, Copy)]
+struct Flag(u8);
+
+impl Flag {
+    /// A flag that one flipped bit does not clear.
+    fn new(is_set: bool) -> Self {
+        Self(if is_set { u8::MAX } else { 0 })
+    }
+
+    fn is_set(self) -> bool {
+        self.0 != 0
+    }
+}
 
 /// A shutdown that has begun or not.
 ///
@@ -29,26 +46,37 @@ pub const RESTART_MARK: u32 = 0x5341_0016;
 /// assert!((0..BRAKING_PERIODS).all(|_| shutdown.step() == Some(Bridge::Brake)));
 /// assert_eq!(shutdown.step(), None); // restart
 /// ```
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Shutdown {
-    has_begun: bool,
-    /// Whether the motor was free, and remains so.
-    is_free: bool,
+    has_begun: Flag,
+    /// Whether the motor brakes, or is free.
+    brakes: Flag,
     /// Whether the program is corrupt, and not the data.
-    is_of_program: bool,
-    is_reported: bool,
+    is_of_program: Flag,
+    is_reported: Flag,
     periods: u32,
 }
 
+impl Default for Shutdown {
+    fn default() -> Self {
+        Self {
+            has_begun: Flag::new(false),
+            brakes: Flag::new(true),
+            is_of_program: Flag::new(false),
+            is_reported: Flag::new(false),
+            periods: 0,
+        }
+    }
+}
+
 impl Shutdown {
-    /// Begins it because of corrupt data, or of [`Fault::ProgramCorrupt`], unless it has begun. The
-    /// motor brakes if it was driven, and otherwise remains free.
-    pub fn begin(&mut self, fault: Fault, is_driven: bool) {
-        if !self.has_begun {
+    /// Begins it because of corrupt data, or of [`Fault::ProgramCorrupt`], unless it has begun.
+    pub fn begin(&mut self, fault: Fault, brakes: bool) {
+        if !self.has_begun() {
             *self = Self {
-                has_begun: true,
-                is_free: !is_driven,
-                is_of_program: fault == Fault::ProgramCorrupt,
+                has_begun: Flag::new(true),
+                brakes: Flag::new(brakes),
+                is_of_program: Flag::new(fault == Fault::ProgramCorrupt),
                 ..Self::default()
             };
         }
@@ -56,17 +84,19 @@ impl Shutdown {
 
     /// Whether it has begun: data and program must not be used.
     pub fn has_begun(&self) -> bool {
-        self.has_begun
+        self.has_begun.is_set()
     }
 
     /// The EMCY frame of the fault from the node of this number, once.
     pub fn take_frame(&mut self, node_id: u8) -> Option<CanFrame> {
-        if core::mem::replace(&mut self.is_reported, true) {
+        if self.is_reported.is_set() {
             return None;
         }
-        let fault = match self.is_of_program {
-            true => Fault::ProgramCorrupt,
-            false => Fault::DataCorrupt,
+        self.is_reported = Flag::new(true);
+        let fault = if self.is_of_program.is_set() {
+            Fault::ProgramCorrupt
+        } else {
+            Fault::DataCorrupt
         };
         emergency_frame(fault, node_id)
     }
@@ -77,44 +107,80 @@ impl Shutdown {
             return None;
         }
         self.periods += 1;
-        Some(match self.is_free {
-            true => Bridge::Coast,
-            false => Bridge::Brake,
+        Some(if self.brakes.is_set() {
+            Bridge::Brake
+        } else {
+            Bridge::Coast
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
+    extern crate std;
+    use std::vec::Vec;
+
     use super::*;
 
+    fn flags(shutdown: &mut Shutdown) -> [&mut Flag; 4] {
+        [
+            &mut shutdown.has_begun,
+            &mut shutdown.brakes,
+            &mut shutdown.is_of_program,
+            &mut shutdown.is_reported,
+        ]
+    }
+
+    /// This shutdown with each bit of its flags flipped in turn.
+    fn flipped(shutdown: &Shutdown) -> impl Iterator<Item = Shutdown> {
+        (0..4 * u8::BITS).map(|bit| {
+            let mut flipped = shutdown.clone();
+            flags(&mut flipped)[(bit / u8::BITS) as usize].0 ^= 1 << (bit % u8::BITS);
+            flipped
+        })
+    }
+
+    fn brakes_for_a_second(mut shutdown: Shutdown) -> bool {
+        let brakes = (0..CONTROL_RATE_HZ).all(|_| shutdown.step() == Some(Bridge::Brake));
+        brakes && shutdown.step().is_none()
+    }
+
     #[test]
-    fn a_shutdown_that_a_flipped_bit_begins_brakes_for_a_second_and_reports_corrupt_data() {
-        let mut shutdown = Shutdown {
-            has_begun: true,
-            ..Shutdown::default()
-        };
-        let frame = shutdown.take_frame(1);
-        assert_eq!(frame, emergency_frame(Fault::DataCorrupt, 1));
-        assert!((0..CONTROL_RATE_HZ).all(|_| shutdown.step() == Some(Bridge::Brake)));
-        assert_eq!(shutdown.step(), None);
+    fn a_flipped_bit_begins_a_shutdown_that_brakes_for_a_second_and_reports_corrupt_data() {
+        let begun: Vec<_> = flipped(&Shutdown::default())
+            .filter(Shutdown::has_begun)
+            .collect();
+        assert_eq!(begun.len(), 8);
+        for mut shutdown in begun {
+            let frame = shutdown.take_frame(1);
+            assert_eq!(frame, emergency_frame(Fault::DataCorrupt, 1));
+            assert!(brakes_for_a_second(shutdown));
+        }
+    }
+
+    #[test]
+    fn a_flipped_bit_in_a_shutdown_that_brakes_does_not_release_the_motor() {
+        let mut shutdown = Shutdown::default();
+        shutdown.begin(Fault::DataCorrupt, true);
+        for flipped in flipped(&shutdown) {
+            assert!(flipped.has_begun());
+            assert!(brakes_for_a_second(flipped));
+        }
     }
 
     #[test]
     fn the_begin_replaces_whatever_the_state_was_before() {
         let mut shutdown = Shutdown {
-            has_begun: false,
-            is_free: true,
-            is_of_program: true,
-            is_reported: true,
+            brakes: Flag(0),
+            is_of_program: Flag(1),
+            is_reported: Flag(1),
             periods: u32::MAX,
+            ..Shutdown::default()
         };
         shutdown.begin(Fault::DataCorrupt, true);
-        assert_eq!(shutdown.step(), Some(Bridge::Brake));
-        assert_eq!(
-            shutdown.take_frame(5),
-            emergency_frame(Fault::DataCorrupt, 5)
-        );
+        let frame = shutdown.take_frame(5);
+        assert_eq!(frame, emergency_frame(Fault::DataCorrupt, 5));
+        assert!(brakes_for_a_second(shutdown));
     }
 
     #[test]

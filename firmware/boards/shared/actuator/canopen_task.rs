@@ -12,7 +12,7 @@ use drivers::bridge::Bridge as _;
 use firmware::{
     application::{Bridge as Command, Outputs, Samples},
     drive::{Device, StoredParameters},
-    faults::Fault,
+    faults::{Fault, FaultSet},
     shutdown::Shutdown,
 };
 
@@ -58,6 +58,8 @@ pub struct CanopenTask {
     shutdown: Shutdown,
     /// Node-ID of the last call; 0 for none.
     node_id: u8,
+    /// The faults after which the motor brakes, of the last call.
+    braking_faults: FaultSet,
     watchdog: WatchdogSupervisor,
     queues: DeviceEnds,
     /// Memory for the set of the next save; none while a save runs.
@@ -110,6 +112,11 @@ fn apply_timing(device: &mut Device<'static>, is_late: bool, starved_periods: u3
     drive.diagnostics.starved_periods = starved_periods;
 }
 
+/// The faults after which the motor brakes, by the parameters in force.
+fn braking_faults(device: &Device<'static>) -> FaultSet {
+    device.drive.application().parameters().braking_faults()
+}
+
 impl CanopenTask {
     /// The task of a device, with the filter of its frames.
     pub fn new(
@@ -121,6 +128,7 @@ impl CanopenTask {
     ) -> Self {
         Self {
             part_seals: PartSeals::new(device.get()),
+            braking_faults: braking_faults(device.get()),
             device,
             was_driven: false,
             last_step: None,
@@ -190,9 +198,11 @@ impl CanopenTask {
         }
     }
 
+    /// The motor brakes if it was driven, unless the parameters exclude it.
     #[inline(never)]
     fn begin_shutdown(&mut self, fault: Fault, is_driven: bool) {
-        self.shutdown.begin(fault, is_driven);
+        let brakes = is_driven && self.braking_faults.contains(fault);
+        self.shutdown.begin(fault, brakes);
     }
 
     /// Starts the control step of the period of this number; returns the drive's decision, unless
@@ -273,6 +283,7 @@ impl CanopenTask {
             self.update_controller();
             let node_id = self.device.get().node().node_id();
             self.node_id = node_id.map_or(0, NodeId::get);
+            self.braking_faults = braking_faults(self.device.get());
         } else {
             self.begin_shutdown(Fault::DataCorrupt, is_driven);
         }

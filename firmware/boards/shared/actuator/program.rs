@@ -123,6 +123,13 @@ macro_rules! actuator_program {
                     loaded.origin as u8,
                     peripherals.flash.option_bytes()
                 );
+                // First of all, as what follows may fail if the flash is corrupt.
+                let mut watchdog =
+                    WatchdogSupervisor::start(peripherals.watchdogs, cx.core.DCB, cx.core.DWT);
+                let braking = loaded.parameters.board.braking_faults();
+                if !is_as_built && braking.contains(Fault::ProgramCorrupt) {
+                    shutdown::brake_before_the_tasks(&mut peripherals.bridge, &mut watchdog);
+                }
                 let start = Start {
                     watchdog: peripherals.reset_cause == ResetCause::Watchdog,
                     parameters_corrupt: loaded.origin == Origin::DefaultsInsteadOfCorrupt,
@@ -143,12 +150,6 @@ macro_rules! actuator_program {
                 let kbit_s = device.drive.application().parameters().bus.bit_rate_kbit_s as u16;
                 let (can, can_receiver, acceptance) = Can::new(peripherals.can, &initial_ids);
                 let can = CanController::new(can, kbit_s, ends.controller);
-                let mut watchdog =
-                    WatchdogSupervisor::start(peripherals.watchdogs, cx.core.DCB, cx.core.DWT);
-                let application = device.drive.application();
-                if !is_as_built && application.brakes_after(Fault::ProgramCorrupt) {
-                    shutdown::brake_before_the_tasks(&mut peripherals.bridge, &mut watchdog);
-                }
                 peripherals.period_counter.start();
                 peripherals.bridge.timer().start();
                 let shared = Shared {

@@ -1,7 +1,10 @@
 //! The parts of a shutdown that need the chip: the restart, its mark, and the brake at the start of
 //! a corrupt program.
 
-use cortex_m::{asm::delay, peripheral::SCB};
+use cortex_m::{
+    asm::delay,
+    peripheral::{DWT, SCB},
+};
 use drivers::bridge::Bridge as _;
 use firmware::shutdown::{BRAKING_PERIODS, RESTART_MARK};
 
@@ -11,8 +14,8 @@ use super::{
 };
 use crate::peripherals::{ActuatorBridge, backup};
 
-/// Restarts the processor at the end of a shutdown. The mark depends on nothing: a program that
-/// gets here otherwise restarts in the same way, and brakes.
+/// Restarts the processor at the end of a shutdown. The mark is constant, so that a program that
+/// jumps here by a skipped instruction restarts in the same way.
 pub fn restart() -> ! {
     backup::write(RESTART_MARK);
     SCB::sys_reset()
@@ -26,15 +29,25 @@ pub fn take_mark() -> bool {
     mark == RESTART_MARK
 }
 
-/// Brakes for at least as long as a shutdown, before the tasks start of a program that is not as
-/// built: its control step may fail in each start, and the motor would be free between the resets
-/// by the watchdog. The counter of the bridge's timer has not started, and both compare values are
-/// 0: the low sides are closed.
+/// Brakes for as long as a shutdown before a program that is not as built starts its tasks: its
+/// control step may fail after each start, and the motor would be free between the resets by the
+/// watchdog. The counter of the bridge's timer has not started, and both compare values are 0: the
+/// low sides are closed.
 pub fn brake_before_the_tasks(bridge: &mut ActuatorBridge, watchdog: &mut WatchdogSupervisor) {
     bridge.brake();
     bridge.begin_pwm_period();
     for _ in 0..BRAKING_PERIODS {
         watchdog.feed();
-        delay(CORE_HZ / CONTROL_RATE_HZ);
+        wait_for_a_control_period();
+    }
+}
+
+/// By the cycle counter, which the supervisor has started, as the cycles of a loop depend on the
+/// core. If the counter does not count, the watchdog resets the processor.
+fn wait_for_a_control_period() {
+    const POLL_HZ: u32 = 100_000;
+    let start = DWT::cycle_count();
+    while DWT::cycle_count().wrapping_sub(start) < CORE_HZ / CONTROL_RATE_HZ {
+        delay(CORE_HZ / POLL_HZ);
     }
 }
