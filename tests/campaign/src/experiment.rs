@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use virtual_board::can::Port;
 use virtual_board::faults::{Fault, MemoryLocation, Planned};
-use virtual_board::plant::{BoardPlant, Bridge};
+use virtual_board::plant::Bridge;
 use virtual_board::run::View;
 use virtual_board::trace::Row;
 
@@ -35,12 +35,6 @@ const EQUAL_DIGESTS: u32 = 13;
 /// most.
 const TOLERATED_MS: usize = 8;
 
-/// The shaft in a millisecond.
-struct Shaft {
-    angle_deg: f64,
-    rate_deg_s: f64,
-}
-
 /// First line of a trace.
 pub const TRACE_COLUMNS: &str =
     "time_ms,expected_deg,angle_deg,reported_deg,told,error_code,restarted\n";
@@ -54,8 +48,6 @@ pub struct Experiment {
     reporter: Option<Reporter>,
     tell: Tell,
     judge: Judge,
-    /// The plant while the timer of the bridge does not run, and its time, ns.
-    coasting: Option<(BoardPlant, u64)>,
     /// Angles of the twin, and of this board, one each millisecond, deg.
     expected: Vec<f64>,
     angles: Vec<f64>,
@@ -84,7 +76,6 @@ impl Experiment {
             reporter: Some(reporter),
             tell,
             judge: Judge::default(),
-            coasting: None,
             expected,
             angles,
             digested: None,
@@ -97,15 +88,18 @@ impl Experiment {
 
     /// Observes the board in this millisecond after power-on. At the end of the experiment, it ends
     /// this process with the verdict.
-    pub fn observe(&mut self, view: &mut View<'_>, ms: u32, is_edge: bool) {
+    pub fn observe(&mut self, view: &mut View<'_>, ms: u32) {
         let elapsed_ms = ms - (self.angles.len() as u32 - 1);
         let received = view.port(0).map(Port::take_received).unwrap_or_default();
         let frames = received.into_iter().map(|(_, frame)| frame);
         self.tell.update(elapsed_ms, frames);
-        let Shaft {
+        // The plant advances with the levels of the pins, also while the timer does not run.
+        let Row {
             angle_deg,
             rate_deg_s,
-        } = self.shaft(view, is_edge);
+            bridge,
+            ..
+        } = *view.row;
         let now = ms as usize;
         self.angles.resize(now + 1, angle_deg);
         let moved = beyond(angle_deg, &self.expected, now, now + TOLERATED_MS);
@@ -115,7 +109,7 @@ impl Experiment {
         let observed = Observation {
             deviation_deg: moved.max(misreported),
             rate_deg_s,
-            is_driven: is_edge && matches!(view.row.bridge, Bridge::Driven { .. }),
+            is_driven: matches!(bridge, Bridge::Driven { .. }),
             is_told: self.tell.is_told,
             has_restarted: view.resets() > self.resets,
         };
@@ -153,29 +147,6 @@ impl Experiment {
         );
         if file.write_all(line.as_bytes()).is_ok() {
             self.trace = Some(file);
-        }
-    }
-
-    /// The shaft. While the timer of the bridge does not run, its switches are open, and the
-    /// emulated plant waits for the next period: a copy of it coasts until then.
-    fn shaft(&mut self, view: &View<'_>, is_edge: bool) -> Shaft {
-        if is_edge {
-            self.coasting = None;
-            let row = view.row;
-            return Shaft {
-                angle_deg: row.angle_deg,
-                rate_deg_s: row.rate_deg_s,
-            };
-        }
-        let begin = || (view.plant.clone(), view.row.at_ns);
-        let (plant, plant_ns) = self.coasting.get_or_insert_with(begin);
-        let ahead_ns = view.now_ns().saturating_sub(*plant_ns);
-        plant.advance_by(Bridge::Coast, ahead_ns as f64 * 1e-9);
-        *plant_ns += ahead_ns;
-        let output = plant.reading().output;
-        Shaft {
-            angle_deg: output.angle_deg,
-            rate_deg_s: output.rate_deg_s,
         }
     }
 

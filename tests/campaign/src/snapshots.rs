@@ -116,7 +116,7 @@ impl Snapshots {
             }
             Role::Original(_) => self.copy(view, motion, ms)?,
             Role::Twin(recorder) => recorder.record(view, ms, &self.injector),
-            Role::Experiment(experiment) => experiment.observe(view, ms, is_edge),
+            Role::Experiment(experiment) => experiment.observe(view, ms),
         }
         Ok(Flow::Continue)
     }
