@@ -76,7 +76,14 @@ impl BridgeTimer {
 
     /// Starts the first PWM period.
     pub fn start(&mut self) {
-        self.0.cr1().modify(|_, w| w.cen().enabled());
+        self.set_control(true, false);
+    }
+
+    /// Whether the counter runs, and whether preloaded values wait at an edge.
+    fn set_control(&mut self, is_running: bool, waits: bool) {
+        self.0
+            .cr1()
+            .write(|w| w.arpe().enabled().udis().bit(waits).cen().bit(is_running));
     }
 
     /// Acknowledges the interrupt of an edge.
@@ -130,12 +137,14 @@ impl BridgeTimer {
 impl PwmTimer for BridgeTimer {
     #[inline]
     fn set_compare(&mut self, compare: Compare) {
-        // All three values take effect at the same edge.
-        self.0.cr1().modify(|_, w| w.udis().set_bit());
+        // All three values take effect at the same edge. The register is written whole: a read that
+        // fails changes no bit but the enable, and the watchdog notices a counter that has stopped.
+        let is_running = self.0.cr1().read().cen().bit();
+        self.set_control(is_running, true);
         self.0.ccr1().write(|w| w.ccr().set(compare.leg_a));
         self.0.ccr2().write(|w| w.ccr().set(compare.leg_b));
         self.0.ccr4().write(|w| w.ccr().set(compare.sample));
-        self.0.cr1().modify(|_, w| w.udis().clear_bit());
+        self.set_control(is_running, false);
     }
 
     fn compare(&self) -> Compare {
