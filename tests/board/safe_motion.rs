@@ -256,12 +256,12 @@ fn after_a_fault_at_the_full_rate_the_shaft_rests_within_its_braking_distance() 
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
-/// The first instruction of the control step saves registers, `push`; with this bit inverted it is
-/// `pop`, which returns to anywhere.
+/// The first instruction of the control step is `push`; with this bit inverted it is `pop`, which
+/// jumps to an address that is none of the program's.
 const PUSH_TO_POP: u32 = 11;
 
-/// Longest time from a step that fails to the brake of the next start, ms: the independent watchdog,
-/// and the start.
+/// Longest time from a step that fails to the brake of the next start, ms: the independent
+/// watchdog, and the start.
 const RESTART_MS: u64 = 48 + 15;
 
 #[test]
