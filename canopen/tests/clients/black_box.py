@@ -9,7 +9,7 @@ import sys
 import time
 import unittest
 
-from wire import Bench, NoResponse, boards
+from wire import Bench, boards
 
 PROGRAM, ELF = sys.argv.pop(1), boards(sys.argv)
 
@@ -73,30 +73,34 @@ class Network(Bench):
         self.wire.send(0x601, request, extended=True)
         self.wire.send(0x601, remote=True, length=8)
         self.wire.send(0x602, request)
+        # The first response is that of the next request, which names another object.
+        self.assertEqual(self.sdo.upload(0x1017, 0), bytes(2))
         self.assertEqual(self.wire.receive_all(lambda frame: frame.identifier == 0x581, 0.05), [])
 
-    def state(self):
-        """NMT state from the heartbeat; None if there is none."""
-        try:
-            self.wire.discard()
-            return self.wire.receive(lambda frame: frame.identifier == 0x701, 0.1).data[0]
-        except NoResponse:
-            return None
+    def state_after_all_frames(self):
+        """NMT state from the first heartbeat after everything sent so far was processed: an SDO response follows it. While stopped
+        a node answers no SDO request."""
+        self.sdo.upload(0x1000, 0)
+        return self.wire.receive(lambda frame: frame.identifier == 0x701, self.sdo.timeout).data[0]
 
     def test_only_valid_nmt_commands_are_executed(self):
         self.sdo.download(0x1017, 0, struct.pack("<H", 10))
         for command in ([1, 2], [1], [1, 1, 0], [0, 1], [5, 1], [127, 1], [1, 128], [1, 129], [129, 2]):
             self.wire.send(0, bytes(command))
-            self.assertEqual(self.state(), 127, command)
+            self.assertEqual(self.state_after_all_frames(), 127, command)
         self.wire.send(0, remote=True, length=2)
         self.wire.send(0, bytes([1, 1]), extended=True)
-        self.assertEqual(self.state(), 127)
+        self.assertEqual(self.state_after_all_frames(), 127)
+        # Each command changes the state.
         for command, state in ([1, 1], 5), ([128, 0], 127), ([1, 0], 5), ([2, 1], 4), ([1, 1], 5), ([128, 1], 127), ([2, 0], 4):
-            self.wire.send(0, bytes(command))
-            self.assertEqual(self.state(), state, command)
+            with self.subTest(command):
+                self.wire.send(0, bytes(command))
+                self.expect_frame(0x701, [state])
         self.sdo.send(bytes.fromhex("40 00 10 00"))
         self.wire.send(0x701, remote=True, length=1)
-        self.assertEqual({frame.data for frame in self.wire.receive_all(lambda frame: True, 0.1)}, {bytes([4])}, "no SDO, no guarding")
+        # In the following 100 ms of the node.
+        received = [self.wire.receive(lambda frame: True, self.sdo.timeout) for _ in range(10)]
+        self.assertEqual({(frame.identifier, frame.data) for frame in received}, {(0x701, bytes([4]))}, "no SDO, no guarding")
         for command in (130, 129):
             self.wire.send(0, bytes([command, 0]))
             self.expect_frame(0x701, [0])
