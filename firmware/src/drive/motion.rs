@@ -138,12 +138,12 @@ impl Drive<'_> {
     }
 
     fn fault(&self) -> cia402::Fault {
-        let only_commands = self.own.without(FaultSet::of(&[Fault::CommandTimeout]));
         match self.control.application.state() {
             BoardState::Fault => cia402::Fault::Immediate,
             BoardState::FaultReaction => cia402::Fault::Controlled,
             _ if self.own.is_empty() => cia402::Fault::None,
-            _ if only_commands.is_empty() => cia402::Fault::Controlled,
+            // The application has no fault: it can decelerate the shaft.
+            state if state.is_driving() => cia402::Fault::Controlled,
             _ => cia402::Fault::Immediate,
         }
     }

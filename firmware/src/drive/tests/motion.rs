@@ -1,7 +1,10 @@
 //! States and modes on the motor.
 
 use super::*;
-use crate::application::{BoardState, Bridge};
+use crate::{
+    application::{BoardState, Bridge},
+    faults::Fault,
+};
 
 #[test]
 fn profile_position_moves_the_shaft_to_its_target() {
@@ -310,4 +313,18 @@ fn every_stop_on_the_way_to_a_far_target_brakes_the_shaft() {
         // Twice the velocity threshold: a period passes until the motor is no longer driven.
         assert!(rate.abs() <= 3_000, "{name}: {rate} mdeg/s");
     }
+}
+
+#[test]
+fn a_fault_of_the_drive_itself_decelerates_a_driven_motor_before_it_is_free() {
+    let mut bench = Bench::enabled(3);
+    bench.set(0x60FF, 0, 100_000, 4);
+    bench.steps(60);
+    bench.device.drive.own.put(Fault::LoopOverrun, true);
+    bench.until(200, |bench| bench.step().bridge == Bridge::Coast);
+    assert_eq!(bench.status() & 0x4F, 0x08, "fault");
+    let angle = bench.angle_mdeg();
+    bench.steps(25);
+    // One count of the encoder.
+    assert!((bench.angle_mdeg() - angle).abs() <= 88);
 }
