@@ -42,6 +42,22 @@ static MEMORY: [Region; 5] = [
     Region::ram("backup_sram", 0x4002_4000, 4 << 10),
 ];
 
+/// First and last address of each area between the memories and the peripherals that is reserved
+/// (DS9405, figure of the memory map): an access is a bus error. The aliases of bits, and the areas
+/// of external memories, are not among them.
+const RESERVED: [(u64, u64); 10] = [
+    (0x0020_0000, 0x07ff_ffff),
+    (0x0820_0000, 0x0fff_ffff),
+    (0x1001_0000, 0x1ffe_bfff),
+    (0x2003_0000, 0x21ff_ffff),
+    (0x2400_0000, 0x3fff_ffff),
+    (0x4008_0000, 0x41ff_ffff),
+    (0x4400_0000, 0x4fff_ffff),
+    (0x5006_0c00, 0x5fff_ffff),
+    (0xa000_1000, 0xbfff_ffff),
+    (0xe010_0000, 0xffff_ffff),
+];
+
 /// An instance with the RCC bits that enable its clock and reset it, which have its name.
 macro_rules! clocked {
     ($($bus:literal: $($instance:literal)*;)*) => {
@@ -132,6 +148,9 @@ fn wired(mut builder: Builder) -> Builder {
     for listener in LISTENERS {
         builder = builder.reads_requests(listener);
     }
+    for (first, last) in RESERVED {
+        builder = builder.aborts_in("reserved", first, last - first + 1);
+    }
     let timers = TIMERS.iter().map(|timer| timer.instance);
     for timer in timers.chain(["TIM1", "TIM8"]) {
         builder = builder.write_modify(timer, "SR", WriteModify::ZeroToClear);
@@ -147,6 +166,8 @@ fn wired(mut builder: Builder) -> Builder {
 
 #[cfg(test)]
 mod tests {
+    use rigless::soc::{Fault, Width};
+
     use super::*;
 
     #[test]
@@ -168,5 +189,22 @@ mod tests {
             }
         }
         assert!(compared > 1000, "{compared}");
+    }
+
+    #[test]
+    fn an_access_to_a_reserved_area_is_a_bus_error_and_one_beside_it_is_not() {
+        let mut part = rigless::mcu::Bare::new(builder().unwrap()).unwrap();
+        let mut is_bus_error = |address| {
+            let read = part.read(NO_PART, address, Width::W32);
+            matches!(read, Err(Fault::BusError { .. }))
+        };
+        for (first, last) in RESERVED {
+            assert!(is_bus_error(first) && is_bus_error(last - 3), "{first:#x}");
+            assert!(!is_bus_error(first - 4), "{first:#x}");
+            assert!(
+                last == u64::from(u32::MAX) || !is_bus_error(last + 1),
+                "{last:#x}"
+            );
+        }
     }
 }
