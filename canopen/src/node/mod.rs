@@ -168,13 +168,13 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    /// Advances all timers to `now_us`.
+    /// Advances all timers to `now_us`. After an earlier time they continue from it.
     fn advance(&mut self, now_us: u64) {
         let elapsed_us = now_us.saturating_sub(self.now_us);
+        self.now_us = now_us;
         if elapsed_us == 0 {
             return;
         }
-        self.now_us = now_us;
         let elapsed = Timer::from_us(u32::try_from(elapsed_us).unwrap_or(u32::MAX));
         self.services.advance(elapsed);
         self.sdo.advance(elapsed);
