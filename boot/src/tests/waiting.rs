@@ -93,7 +93,7 @@ impl Bus<'_> {
     fn lss(&mut self, data: [u8; 8]) -> Vec<u8> {
         let id = StandardId::new(LSS).expect("11 bits");
         let frame = CanFrame::new(id, &data).expect("eight bytes");
-        self.node.receive(&frame, 0, &mut self.board);
+        self.node.receive(&frame, 1000, &mut self.board);
         self.node.tick(1000, &mut self.board);
         let answer: Option<CanFrame> = self.node.transmit(&mut self.board);
         answer.map_or_else(Vec::new, |answer| answer.data().to_vec())
