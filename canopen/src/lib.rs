@@ -50,7 +50,6 @@ extern crate std;
 mod abort;
 mod application;
 pub mod cia402;
-mod counted;
 pub mod dictionary;
 mod emergency;
 mod frame;
@@ -71,10 +70,8 @@ mod timer;
 
 pub use abort::Abort;
 pub use application::{Application, BitRate, Event, ParameterGroup, Reset, TimeOfDay};
-pub use counted::Counted;
 pub use dictionary::Dictionary;
 pub use emergency::{Emergency, ErrorCode, register};
 pub use frame::CanFrame;
 pub use nmt::{NmtState, NodeId};
 pub use node::{BusEvent, Node, SERVICE_IDENTIFIERS};
-pub use pdo::PdoTable;

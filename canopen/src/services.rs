@@ -1,6 +1,5 @@
 //! The communication objects held by the server, 1000h to 1FFFh.
 
-use crate::counted::Counted;
 use crate::dictionary::{Access, Address, Dictionary, Entry};
 use crate::pdo::{PdoObject, PdoParameters, PdoTable, Rpdo, Tpdo, rpdo_of, tpdo_of};
 use crate::timer::Timer;
@@ -20,9 +19,8 @@ pub(crate) struct Services<const R: usize, const T: usize> {
     pub configuration_date: [u32; 2],
     pub emergency: emergency::EmergencyProducer,
     pub consumers: heartbeat::Consumers,
-    /// The parameters of the PDOs, apart from what changes with each frame: their owner can tell
-    /// that the memory has changed.
-    pub pdo_table: Counted<PdoTable<R, T>>,
+    /// The parameters of the PDOs, apart from what changes with each frame.
+    pub pdo_table: PdoTable<R, T>,
     pub rpdos: [Rpdo; R],
     pub tpdos: [Tpdo; T],
 }
@@ -44,7 +42,7 @@ impl<const R: usize, const T: usize> Services<R, T> {
         emergency: emergency::EmergencyProducer::NEW,
         sync: sync::SyncService::NEW,
         time: time::TimeConsumer::NEW,
-        pdo_table: Counted::new(PdoTable::NEW),
+        pdo_table: PdoTable::NEW,
         rpdos: [Rpdo::NEW; R],
         tpdos: [Tpdo::NEW; T],
         communication_error: 0,

@@ -24,7 +24,6 @@
 //! protect, change the state, regulate, make the compare value of the duty.
 
 mod back_emf_stop;
-mod control_state;
 mod requests;
 mod stop_progress;
 mod stopping;
@@ -35,11 +34,11 @@ use model_core::{
 };
 
 pub use crate::interface::{
-    BoardState, Bridge, BusState, CommandSource, Outputs, Refused, Request, Samples, Scan,
-    Telemetry,
+    BoardState, Bridge, BusState, CommandSource, Motion, Outputs, Refused, Request, Samples, Scan,
+    Taken, Telemetry,
 };
 
-pub(crate) use self::control_state::ControlState;
+pub(crate) use self::requests::may_retune;
 
 use self::{
     back_emf_stop::{BackEmfStop, Voltages},
@@ -97,7 +96,7 @@ impl Start {
 }
 
 /// The application: its parameters and its state.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Application {
     parameters: BoardParameters,
     control: CascadeState,
@@ -167,7 +166,7 @@ impl Application {
     }
 
     /// The motor has another winding.
-    pub(crate) fn set_ripple(&mut self, ripple: Ripple) {
+    pub(crate) fn set_ripple(&mut self, ripple: &Ripple) {
         self.protection.set_ripple(ripple);
     }
 
@@ -282,12 +281,8 @@ impl Application {
                 .missed_periods
                 .saturating_add(u8::from(core::mem::take(&mut self.is_late))),
         };
-        let mut present = self.protection.check(&self.parameters, &conditions);
-        present = present.or(self.start.and(PERMANENT));
-        if !self.setpoints.is_consistent() {
-            present.put(Fault::DataCorrupt, true);
-            self.setpoints.hold(self.control.angle());
-        }
+        let present = self.protection.check(&self.parameters, &conditions);
+        let present = present.or(self.start.and(PERMANENT));
         self.telemetry.present = present;
         match self.state {
             BoardState::Initialising => self.initialise(present),
@@ -478,12 +473,16 @@ impl Application {
         t.servo_pulse_us = self.setpoints.servo_pulse_us();
         t.servo_glitches = self.setpoints.servo_glitches();
         t.source = self.setpoints.source();
+        t.selected_source = self.setpoints.selected();
+        t.velocity_mdeg_s = self.velocity.mdeg_s();
         t.latched = self.log.latched();
         Outputs {
             bridge: self.bridge(),
             state: self.state,
             fault: self.log.first().map(|record| record.fault),
             telemetry: self.telemetry,
+            motion: Motion::default(),
+            taken: Taken::default(),
         }
     }
 }

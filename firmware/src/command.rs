@@ -24,10 +24,6 @@ use crate::{
     timing::{angle_per_period, periods},
 };
 
-/// Value of [`SetpointSource::running_mark`] while an excitation runs, and its complement while
-/// none does: no wrong bit makes one of the other.
-const RUNNING: u32 = 0x69a5_3c96;
-
 /// Selects the setpoint from all sources and tracks the active source.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SetpointSource {
@@ -43,35 +39,19 @@ pub struct SetpointSource {
     has_reached_pulse: bool,
     servo: ServoPulse,
     running: Option<Running>,
-    /// Whether an excitation was started, beside `running`: wrong memory alone starts no motion.
-    running_mark: u32,
 }
 
 impl SetpointSource {
     /// The state before the first command.
     pub fn new(settings: &CommandSettings) -> Self {
         Self {
-            source: if settings.command_source == 1 {
-                CommandSource::ServoPulse
-            } else {
-                CommandSource::Bus
-            },
+            source: CommandSource::of(settings),
             command: Angle::ZERO,
             target: Angle::ZERO.into(),
             age: 0,
             has_reached_pulse: false,
             servo: ServoPulse::default(),
             running: None,
-            running_mark: !RUNNING,
-        }
-    }
-
-    /// Whether an excitation runs if and only if one was started. Otherwise its memory is wrong,
-    /// and it is not followed.
-    pub fn is_consistent(&self) -> bool {
-        match self.running {
-            None => self.running_mark == !RUNNING,
-            Some(_) => self.running_mark == RUNNING,
         }
     }
 
@@ -107,7 +87,6 @@ impl SetpointSource {
     /// Restarts from this angle, for every source.
     pub fn hold(&mut self, angle: Angle) {
         self.running = None;
-        self.running_mark = !RUNNING;
         self.command = angle;
         self.target = angle.into();
         self.age = 0;
@@ -139,13 +118,6 @@ impl SetpointSource {
     /// Starts an excitation around the present command; it replaces a running one.
     pub fn start(&mut self, run: Run) {
         self.running = Some(Running::new(run, self.command));
-        self.running_mark = RUNNING;
-    }
-
-    /// Makes the memory of a running excitation out of nothing.
-    #[cfg(test)]
-    pub(crate) fn corrupt(&mut self, run: Run) {
-        self.running = Some(Running::new(run, self.command));
     }
 
     /// The running excitation.
@@ -173,9 +145,7 @@ impl SetpointSource {
             self.servo.discard_angle();
             self.has_reached_pulse = false;
         }
-        if self.running_mark == RUNNING
-            && let Some(running) = &mut self.running
-        {
+        if let Some(running) = &mut self.running {
             match running.next() {
                 Some(command) => {
                     self.command = command;

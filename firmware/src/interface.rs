@@ -1,6 +1,7 @@
 //! Inputs and outputs of a control period, requests and operating states: the types that the
 //! application shares with its parts and its users.
 
+use canopen::cia402::{Cia402State, Mode};
 use model_core::{
     control::{
         cascade::{ActiveLimits, Setpoint},
@@ -13,7 +14,7 @@ use model_core::{
 
 use crate::{
     faults::{Fault, FaultSet},
-    parameters::Parameter,
+    parameters::{CommandSettings, Parameter},
 };
 
 /// The samples of a control period.
@@ -76,7 +77,7 @@ impl Samples {
 }
 
 /// State of the CAN controller (ISO 11898-1, fault confinement).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[repr(u8)]
 pub enum BusState {
     /// Error active.
@@ -89,7 +90,7 @@ pub enum BusState {
 }
 
 /// The operating state; in brackets the name in CiA 402.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[repr(u8)]
 pub enum BoardState {
     /// Measurements have not settled yet, the bridge is off (not ready to switch on).
@@ -115,7 +116,7 @@ impl BoardState {
 }
 
 /// Source of the setpoints.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[repr(u8)]
 pub enum CommandSource {
     /// The bus: [`Request::Command`].
@@ -125,6 +126,17 @@ pub enum CommandSource {
     ServoPulse = 1,
     /// The excitation that runs on the board.
     Excitation = 2,
+}
+
+impl CommandSource {
+    /// The source that is selected at the start.
+    pub(crate) fn of(settings: &CommandSettings) -> Self {
+        if settings.command_source == 1 {
+            Self::ServoPulse
+        } else {
+            Self::Bus
+        }
+    }
 }
 
 /// A request to the application.
@@ -162,9 +174,10 @@ pub enum Refused {
 }
 
 /// The command to the bridge, effective from the next PWM edge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Bridge {
     /// All switches open.
+    #[default]
     Coast,
     /// Both low sides closed.
     Brake,
@@ -173,7 +186,7 @@ pub enum Bridge {
 }
 
 /// The outputs of a control period.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Outputs {
     /// The command to the bridge.
     pub bridge: Bridge,
@@ -183,10 +196,69 @@ pub struct Outputs {
     pub fault: Option<Fault>,
     /// Measurements and state.
     pub telemetry: Telemetry,
+    /// State of the axis.
+    pub motion: Motion,
+    /// What was taken from the mailboxes.
+    pub taken: Taken,
+}
+
+/// State of the axis in a control period.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Motion {
+    /// State of the power drive system.
+    pub state: Cia402State,
+    /// Status bits of the power drive system (IEC 61800-7-201): [`canopen::cia402::statusword`].
+    pub status: u16,
+    /// The mode of operation.
+    pub mode: Mode,
+    /// The demanded position, mdeg; the measured one while a velocity is demanded.
+    pub position_mdeg: i32,
+    /// The demanded velocity, mdeg/s.
+    pub velocity_mdeg_s: i32,
+    /// The demanded position minus the measured one, mdeg; 0 in velocity modes.
+    pub following_error_mdeg: i32,
+    /// The axis demands power.
+    pub is_powered: bool,
+    /// The control bits have the fault reset.
+    pub resets: bool,
+}
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self {
+            state: Cia402State::NotReadyToSwitchOn,
+            status: 0,
+            mode: Mode::CyclicPosition,
+            position_mdeg: 0,
+            velocity_mdeg_s: 0,
+            following_error_mdeg: 0,
+            is_powered: false,
+            resets: false,
+        }
+    }
+}
+
+/// Numbers of the messages that the control loop has taken from its mailboxes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub struct Taken {
+    /// The command.
+    pub command: u32,
+    /// The set of parameters.
+    pub parameters: u32,
+    /// The request of an excitation.
+    pub excitation: u8,
+    /// The request of a source.
+    pub source: u8,
+    /// The report of the network.
+    pub network_loss: u8,
+    /// The restart.
+    pub restarts: u8,
+    /// The tick of the excitation whose sample the next control period needs.
+    pub sample_due: Option<u64>,
 }
 
 /// Measurements and state in a control period. Without a new measurement the last one remains.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct Telemetry {
     /// Number of the control period; wraps.
     pub tick: u32,
@@ -209,12 +281,18 @@ pub struct Telemetry {
     pub supply_mv: i32,
     /// Temperature, thousandths of a degree Celsius.
     pub temperature_mdeg_c: i32,
+    /// The velocity that is reported, mdeg/s.
+    pub velocity_mdeg_s: i32,
     /// The last servo pulse, us; 0 before the first.
     pub servo_pulse_us: u16,
+    /// Control periods since the last servo pulse.
+    pub pulse_age: u16,
     /// Servo pulses of invalid width since the reset.
     pub servo_glitches: u32,
     /// The source of the setpoint.
     pub source: CommandSource,
+    /// The source of the setpoint while no excitation runs.
+    pub selected_source: CommandSource,
     /// The limits that acted.
     pub limits: ActiveLimits,
     /// The encoder's magnet status.

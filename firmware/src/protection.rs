@@ -124,8 +124,8 @@ impl Protection {
     }
 
     /// The motor has this winding.
-    pub fn set_ripple(&mut self, ripple: Ripple) {
-        self.ripple = ripple;
+    pub fn set_ripple(&mut self, ripple: &Ripple) {
+        self.ripple.clone_from(ripple);
     }
 
     /// Converts the samples and validates the encoder's word; `shaft` has not seen it yet. The

@@ -5,9 +5,10 @@
 
 use canopen::CanFrame;
 use embedded_can::Frame;
+use firmware::actuator::Actuator;
 use firmware::application::{BoardState, Samples, Start};
 use firmware::dictionary::DICTIONARY;
-use firmware::drive::{Device, StoredParameters};
+use firmware::drive::StoredParameters;
 use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
 use proptest::prelude::Rng;
 use proptest::test_runner::{RngAlgorithm, TestRng};
@@ -98,7 +99,7 @@ impl Storm {
 }
 
 struct Board<'a> {
-    device: Device<'a>,
+    actuator: Actuator<'a>,
     now_us: u64,
     /// Remaining control periods of the flash operation.
     writing: u32,
@@ -109,8 +110,8 @@ impl Board<'_> {
     fn period(&mut self) {
         self.now_us += 4_000;
         let word = EncoderWord::of(EncoderCount::new(1024), Magnet::Steady);
-        self.device.step(&Samples::at_rest(word), self.now_us);
-        let drive = &mut self.device.drive;
+        self.actuator.step(&Samples::at_rest(word), self.now_us);
+        let drive = &mut self.actuator.device.drive;
         if drive.take_save().is_some() {
             self.writing = 7;
         }
@@ -125,9 +126,9 @@ impl Board<'_> {
 
     fn exchange(&mut self, id: u32, data: [u8; 8], length: u8) -> Vec<CanFrame> {
         let frame = CanFrame::raw(id, false, false, length, data).expect("a frame");
-        self.device.receive(&frame, self.now_us);
+        self.actuator.receive(&frame, self.now_us);
         let mut responses = Vec::new();
-        while let Some(frame) = self.device.transmit() {
+        while let Some(frame) = self.actuator.transmit() {
             responses.push(frame);
             assert!(
                 responses.len() < 1_000,
@@ -140,7 +141,7 @@ impl Board<'_> {
     /// Checks that after a reset by the master the device responds as after power-on, under the
     /// node-ID that LSS may have set.
     fn check(&mut self) {
-        let parameters = self.device.drive.application().parameters();
+        let parameters = self.actuator.device.drive.parameters();
         assert_eq!(parameters.check(), Ok(()));
         // During a change of the bit rate by LSS the device does not transmit.
         for _ in 0..40_000 {
@@ -149,7 +150,7 @@ impl Board<'_> {
                 break;
             }
         }
-        let Some(node) = self.device.node().node_id() else {
+        let Some(node) = self.actuator.node().node_id() else {
             return;
         };
         self.period();
@@ -161,7 +162,7 @@ impl Board<'_> {
         let response = response.expect("a response");
         assert_eq!(response.bytes(), [0x43, 0, 0x10, 0, 0x92, 0x01, 0x02, 0]);
         assert_ne!(
-            self.device.drive.application().state(),
+            self.actuator.device.drive.outputs().state,
             BoardState::FaultReaction
         );
     }
@@ -176,16 +177,16 @@ fn random_frames_do_not_break_the_device_or_its_parameters() {
         // A device without a node-ID after LSS is replaced by a new one.
         let mut buffer = [0; 400];
         let mut board = Board {
-            device: Device::new(StoredParameters::DEFAULT, Start::default(), &mut buffer, 0),
+            actuator: Actuator::new(StoredParameters::DEFAULT, Start::default(), &mut buffer, 0),
             now_us: 0,
             writing: 0,
             saves: 0,
         };
         devices += 1;
-        while sent < frames && board.device.node().node_id().is_some() {
-            board.device.receive(&storm.next(), board.now_us);
+        while sent < frames && board.actuator.node().node_id().is_some() {
+            board.actuator.receive(&storm.next(), board.now_us);
             sent += 1;
-            while board.device.transmit::<CanFrame>().is_some() {}
+            while board.actuator.transmit::<CanFrame>().is_some() {}
             if storm.below(4) == 0 {
                 board.period();
             }

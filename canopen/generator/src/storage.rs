@@ -130,7 +130,7 @@ fn derives(has_real: bool) -> &'static str {
     if has_real {
         "#[derive(Debug, Clone, Copy, PartialEq)]"
     } else {
-        "#[derive(Debug, Clone, Copy, PartialEq, Eq)]"
+        "#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]"
     }
 }
 

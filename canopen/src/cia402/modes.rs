@@ -1,7 +1,7 @@
 //! Modes of operation 6060h.
 
 /// A mode of operation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[repr(i8)]
 pub enum Mode {
     /// No mode: the axis is at rest.
@@ -41,7 +41,8 @@ impl Mode {
     }
 
     /// Whether a master sends a target in each of its periods.
-    pub(super) const fn is_cyclic(self) -> bool {
+    #[must_use]
+    pub const fn is_cyclic(self) -> bool {
         matches!(self, Self::CyclicPosition | Self::CyclicVelocity)
     }
 

@@ -1,7 +1,7 @@
 //! Option codes 605Ah to 605Eh.
 
 /// Deceleration of a stop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Deceleration {
     /// Slow down ramp: profile deceleration 6084h.
     SlowDown,
@@ -12,7 +12,7 @@ pub enum Deceleration {
 }
 
 /// Option code of shutdown 605Bh, disable operation 605Ch, halt 605Dh and fault reaction 605Eh.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum StopOption {
     /// Disables the drive function immediately; the motor coasts.
     Disable,
@@ -43,7 +43,7 @@ impl StopOption {
 }
 
 /// Quick stop option code 605Ah.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct QuickStop {
     /// Stop function.
     pub stop: StopOption,

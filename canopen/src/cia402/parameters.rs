@@ -4,7 +4,7 @@ use super::{Limits, Options};
 
 /// Positions are in user-defined units, velocities in that unit per second, accelerations in that
 /// unit per second squared.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Parameters {
     /// Control period in microseconds.
     pub period_us: u32,

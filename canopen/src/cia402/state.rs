@@ -4,7 +4,7 @@
 use super::{Command, Deceleration, QuickStop, StopOption, controlword};
 
 /// State of the drive.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Cia402State {
     /// Initialisation.
     NotReadyToSwitchOn,
@@ -49,7 +49,7 @@ pub struct Conditions {
 }
 
 /// Option codes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Options {
     /// Quick stop 605Ah.
     pub quick_stop: QuickStop,

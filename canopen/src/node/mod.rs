@@ -10,13 +10,11 @@ pub use identifiers::SERVICE_IDENTIFIERS;
 use embedded_can::Frame;
 
 use crate::application::{Application, Event};
-use crate::counted::Counted;
 use crate::dictionary::Dictionary;
 use crate::emergency::{Emergency, ErrorCode};
 use crate::message::Message;
 use crate::nmt::{NmtState, NodeId};
 use crate::objects::Objects;
-use crate::pdo::PdoTable;
 use crate::services::Services;
 use crate::timer::Timer;
 use crate::{lss, sdo};
@@ -97,13 +95,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
         self.services.emergency.register()
     }
 
-    /// The parameters of the PDOs: a program that protects its memory by checksums can tell whether
-    /// they have changed without an access.
-    #[must_use]
-    pub const fn pdo_table(&self) -> &Counted<PdoTable<R, T>> {
-        &self.services.pdo_table
-    }
-
     fn node_id_number(&self) -> u8 {
         self.node_id.map_or(0, NodeId::get)
     }
@@ -168,13 +159,13 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
     }
 
-    /// Advances all timers to `now_us`. After an earlier time they continue from it.
+    /// Advances all timers to `now_us`.
     fn advance(&mut self, now_us: u64) {
         let elapsed_us = now_us.saturating_sub(self.now_us);
-        self.now_us = now_us;
         if elapsed_us == 0 {
             return;
         }
+        self.now_us = now_us;
         let elapsed = Timer::from_us(u32::try_from(elapsed_us).unwrap_or(u32::MAX));
         self.services.advance(elapsed);
         self.sdo.advance(elapsed);

@@ -109,12 +109,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
             .find_map(|(tpdo, parameters)| tpdo.transmit(parameters, closed))
     }
 
-    /// Data of the RPDOs that wait for the next SYNC.
-    #[must_use]
-    pub fn buffered_process_data(&self) -> [Option<[u8; 8]>; R] {
-        self.services.rpdos.map(|rpdo| rpdo.buffered())
-    }
-
     pub(super) fn receive_process_data(&mut self, message: &Message, app: &mut impl Application) {
         if message.remote {
             return self.remote_request(message.id, app);

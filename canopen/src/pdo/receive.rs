@@ -29,11 +29,6 @@ impl Rpdo {
         deadline: None,
     };
 
-    /// Data that wait for the next SYNC.
-    pub fn buffered(&self) -> Option<[u8; 8]> {
-        self.buffered
-    }
-
     /// Restarts the PDO: the node entered OPERATIONAL or the PDO became valid.
     pub fn start(&mut self) {
         self.buffered = None;

@@ -45,20 +45,6 @@ fn missed_heartbeats_are_not_caught_up_after_late_ticks() {
     assert_eq!(bench.wait_us(1).len(), 1);
 }
 
-#[test]
-fn heartbeats_go_on_after_a_time_in_the_far_future() {
-    let mut bench = Bench::new();
-    bench.write_u16(0x1017, 0, 20).expect("any period");
-    let now_us = std::mem::replace(&mut bench.now_us, u64::MAX - 1_000);
-    assert_eq!(bench.wait_us(1_000).len(), 1);
-    bench.now_us = now_us;
-    assert_eq!(
-        heartbeats(bench.run_ms(61)),
-        [(21, 127), (41, 127), (61, 127)],
-        "the timers continue from the next time"
-    );
-}
-
 fn monitoring(error_behaviour: u8) -> Bench {
     let mut bench = Bench::operational();
     bench.write(0x1029, 1, &[error_behaviour]).expect("0 to 2");

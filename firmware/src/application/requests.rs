@@ -9,30 +9,38 @@ use crate::{
     parameters::BoardParameters,
 };
 
+/// Whether parameters may change to others in a state: while the loop is closed only gains and
+/// limits of the control step, not the mounting of the encoder; nothing during a stop.
+///
+/// # Errors
+/// As [`Application::retune`].
+pub(crate) fn may_retune(
+    state: BoardState,
+    present: &BoardParameters,
+    other: &BoardParameters,
+) -> Result<(), Refused> {
+    other.check().map_err(Refused::Parameter)?;
+    let may_change = match state {
+        // With another zero or direction of the encoder the angle would jump.
+        BoardState::Enabled => {
+            other.differs_in_control_only(present)
+                && other.control.has_mounting_of(&present.control)
+        }
+        BoardState::QuickStop | BoardState::FaultReaction => false,
+        _ => true,
+    };
+    may_change.then_some(()).ok_or(Refused::NotWhileDriving)
+}
+
 impl Application {
     /// Checks and applies other parameters; the duty does not jump, unless its limit becomes
     /// narrower.
-    ///
-    /// While the loop is closed only gains and limits of the control step may change, not the
-    /// mounting of the encoder.
     ///
     /// # Errors
     /// [`Refused::Parameter`] names the first invalid one; [`Refused::NotWhileDriving`] if more
     /// than gains and limits of the control step would change, or anything during a stop.
     pub fn retune(&mut self, parameters: &BoardParameters) -> Result<(), Refused> {
-        parameters.check().map_err(Refused::Parameter)?;
-        let may_change = match self.state {
-            // With another zero or direction of the encoder the angle would jump.
-            BoardState::Enabled => {
-                parameters.differs_in_control_only(&self.parameters)
-                    && parameters.control.has_mounting_of(&self.parameters.control)
-            }
-            BoardState::QuickStop | BoardState::FaultReaction => false,
-            _ => true,
-        };
-        if !may_change {
-            return Err(Refused::NotWhileDriving);
-        }
+        may_retune(self.state, &self.parameters, parameters)?;
         self.control
             .retune(&self.parameters.control, &parameters.control);
         self.parameters = *parameters;
@@ -97,8 +105,8 @@ impl Application {
         self.setpoints.running()?.due()
     }
 
-    /// Takes a sample of the running excitation. Without the sample that is due the control period
-    /// computes it itself: the command is the same.
+    /// Takes the sample of the running excitation that is due; any other one has no effect. Without
+    /// it the control period computes it itself: the command is the same.
     ///
     /// ```
     /// use firmware::{application::Application, command::excitation::Sample, parameters::BoardParameters};
@@ -108,15 +116,10 @@ impl Application {
     /// application.take_sample(Sample { tick: 80, angle: Default::default() });
     /// ```
     pub fn take_sample(&mut self, sample: Sample) {
-        if let Some(running) = self.setpoints.running() {
+        if self.sample_due() == Some(sample.tick)
+            && let Some(running) = self.setpoints.running()
+        {
             running.offer(sample);
-        }
-    }
-
-    /// Computes the sample that is due, between two control periods.
-    pub fn prepare(&mut self) {
-        if let Some(running) = self.setpoints.running() {
-            running.prepare();
         }
     }
 

@@ -6,7 +6,7 @@ mod settings;
 use model_core::{control::units::Angle, excitation::Excitation, time::CONTROL_PERIOD_TICKS};
 
 /// An excitation with its duration and its number of repetitions.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Run {
     /// The input; it is added to the command at its start.
     pub excitation: Excitation<'static>,
@@ -19,12 +19,20 @@ pub struct Run {
 }
 
 /// The value of an excitation at a tick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Sample {
     /// The tick of the excitation.
     pub tick: u64,
     /// Angle that it adds to the command.
     pub angle: Angle,
+}
+
+impl Sample {
+    /// No angle at the start.
+    pub const DEFAULT: Self = Self {
+        tick: 0,
+        angle: Angle::ZERO,
+    };
 }
 
 impl Run {

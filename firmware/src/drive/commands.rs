@@ -1,11 +1,12 @@
 //! Values that code of the drive reads and writes: commands and orders.
 
-use canopen::Abort;
+use canopen::{Abort, cia402::Mode};
 
-use super::{Drive, objects::abort};
+use super::Drive;
 use crate::{
-    application::{CommandSource, Request},
+    application::{BoardState, CommandSource},
     capture::{CaptureSettings, Signal, Trigger},
+    control_loop::{Command, ExcitationRequest},
     dictionary::{DriveCommand, Measured},
     parameters::{ExcitationSettings, Parameter},
     timing::thousandths,
@@ -17,40 +18,13 @@ const MULTISINE: i32 = 9;
 /// The number of a capture signal that selects none.
 const NO_SIGNAL: u8 = 255;
 
-/// What a master commands.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Commands {
-    pub(super) controlword: u16,
-    pub(super) mode: i8,
-    pub(super) target_position_mdeg: i32,
-    pub(super) target_velocity_mdeg_s: i32,
-    pub(super) velocity_offset_mdeg_s: i32,
-    /// The target position was written since the last control period.
-    pub(super) is_new_position: bool,
-    /// The target velocity or its offset was written since the last control period.
-    pub(super) is_new_velocity: bool,
-}
-
-impl Commands {
-    /// Cyclic synchronous position, without power.
-    pub const DEFAULT: Self = Self {
-        controlword: 0,
-        mode: 8,
-        target_position_mdeg: 0,
-        target_velocity_mdeg_s: 0,
-        velocity_offset_mdeg_s: 0,
-        is_new_position: false,
-        is_new_velocity: false,
-    };
-}
-
 impl Drive<'_> {
     /// The present value of a command.
     pub(super) fn command_value(&self, command: DriveCommand) -> u64 {
         use super::measured::signed;
-        let commands = &self.commands;
+        let commands = self.messages.commands.unverified().newest();
         match command {
-            DriveCommand::CommandSource => self.application().selected_source() as u64,
+            DriveCommand::CommandSource => self.selected_source() as u64,
             DriveCommand::ExcitationControl => self.measured(Measured::ExcitationStatus),
             DriveCommand::CaptureControl => u64::from(matches!(self.capture.phase() as u8, 1 | 2)),
             // The program is running.
@@ -58,8 +32,8 @@ impl Drive<'_> {
             DriveCommand::DownloadOffset => u64::from(self.download_offset()),
             // Write only.
             DriveCommand::ServicePassword => 0,
-            DriveCommand::Controlword => u64::from(commands.controlword),
-            DriveCommand::Mode => signed(i32::from(commands.mode)),
+            DriveCommand::Controlword => u64::from(commands.control),
+            DriveCommand::Mode => signed(i32::from(commands.mode as i8)),
             DriveCommand::TargetPosition => signed(commands.target_position_mdeg),
             DriveCommand::TargetVelocity => signed(commands.target_velocity_mdeg_s),
             DriveCommand::VelocityOffset => signed(commands.velocity_offset_mdeg_s),
@@ -68,12 +42,13 @@ impl Drive<'_> {
 
     /// Executes a command.
     pub(super) fn execute(&mut self, command: DriveCommand, value: u64) -> Result<(), Abort> {
-        let commands = &mut self.commands;
+        let taken = self.outputs.taken.command;
+        let commands = &mut self.messages.commands;
+        let mut is_accepted = true;
         match command {
-            DriveCommand::CommandSource => return self.switch_source(value),
+            DriveCommand::CommandSource => self.switch_source(value),
             DriveCommand::ExcitationControl if value == 0 => {
-                let stopped = self.control.application.request(Request::StopExcitation);
-                return stopped.map_err(abort);
+                self.messages.excitation.update(ExcitationRequest::stop);
             }
             DriveCommand::ExcitationControl => return self.start_excitation(),
             DriveCommand::CaptureControl if value == 0 => self.capture.stop(),
@@ -84,46 +59,40 @@ impl Drive<'_> {
                 let password = self.values.service.password;
                 return self.service.attempt(value as u32, password);
             }
-            DriveCommand::Controlword => commands.controlword = value as u16,
+            DriveCommand::Controlword => {
+                commands.update(|it| is_accepted = it.set_control(value as u16, taken));
+            }
             DriveCommand::Mode => {
-                let mode = value as i8;
-                if canopen::cia402::Mode::from_code(mode).is_none() {
-                    return Err(Abort::Value);
-                }
-                commands.mode = mode;
+                let mode = Mode::from_code(value as i8).ok_or(Abort::Value)?;
+                commands.update(|it| it.change(|command| command.mode = mode));
             }
             DriveCommand::TargetPosition => {
-                commands.target_position_mdeg = value as i32;
-                commands.is_new_position = true;
-                self.failsafe.commanded();
+                commands.update(|it| it.set_position(value as i32));
             }
             DriveCommand::TargetVelocity => {
-                commands.target_velocity_mdeg_s = value as i32;
-                commands.is_new_velocity = true;
-                self.failsafe.commanded();
+                let set = |command: &mut Command| command.target_velocity_mdeg_s = value as i32;
+                commands.update(|it| it.set_velocity(set));
             }
             DriveCommand::VelocityOffset => {
-                commands.velocity_offset_mdeg_s = value as i32;
-                commands.is_new_velocity = true;
-                self.failsafe.commanded();
+                let set = |command: &mut Command| command.velocity_offset_mdeg_s = value as i32;
+                commands.update(|it| it.set_velocity(set));
             }
         }
-        Ok(())
+        // The queue of controlwords is full.
+        is_accepted.then_some(()).ok_or(Abort::DeviceState)
     }
 
     /// Switches the source of the commands. At standstill it is the source after a reset too, once
     /// it is stored.
-    fn switch_source(&mut self, value: u64) -> Result<(), Abort> {
+    fn switch_source(&mut self, value: u64) {
         let source = if value == 1 {
             CommandSource::ServoPulse
         } else {
             CommandSource::Bus
         };
-        let request = Request::Source(source);
-        self.control.application.request(request).map_err(abort)?;
+        self.messages.commands.update(|it| it.select(source));
         // Refused while the loop is closed: only gains change then.
         let _ = self.set_parameter(Parameter::CommandSource, value as u32);
-        Ok(())
     }
 
     fn start_excitation(&mut self) -> Result<(), Abort> {
@@ -132,10 +101,11 @@ impl Drive<'_> {
         if !self.has_room(&settings) {
             return Err(Abort::Incompatible);
         }
-        self.control
-            .application
-            .start_excitation(run)
-            .map_err(abort)
+        if self.outputs.state != BoardState::Enabled {
+            return Err(Abort::DeviceState);
+        }
+        self.messages.excitation.update(|it| it.start(run));
+        Ok(())
     }
 
     /// Whether the command stays within the position limits 607Dh during this excitation.
@@ -150,7 +120,7 @@ impl Drive<'_> {
             .amplitude_mdeg
             .saturating_abs()
             .saturating_mul(lines);
-        let from = thousandths(self.application().telemetry().command);
+        let from = thousandths(self.outputs.telemetry.command);
         let profile = &self.values.profile;
         from.saturating_sub(reach) >= profile.min_position_mdeg
             && from.saturating_add(reach) <= profile.max_position_mdeg

@@ -6,7 +6,7 @@ use embedded_can::Frame;
 
 use super::{Drive, StoredParameters, emergency};
 use crate::{
-    application::{BusState, CommandSource, Outputs, Samples, Start},
+    application::{BusState, Outputs},
     dictionary::DICTIONARY,
     faults::FaultSet,
 };
@@ -16,7 +16,8 @@ pub const RPDOS: usize = 4;
 /// TPDOs of the dictionary.
 pub const TPDOS: usize = 4;
 
-/// An actuator on a CAN bus: frames and samples go in, frames and the bridge's state come out.
+/// The communication of an actuator on a CAN bus: frames and outputs of the control loop go in,
+/// frames and messages to the loop come out.
 #[derive(Debug)]
 pub struct Device<'a> {
     node: Node<RPDOS, TPDOS>,
@@ -41,16 +42,16 @@ impl<'a> Device<'a> {
     ///
     /// ```
     /// use canopen::CanFrame;
-    /// use firmware::{application::Start, drive::{Device, StoredParameters}};
+    /// use firmware::drive::{Device, StoredParameters};
     ///
     /// let mut buffer = [0; 80];
-    /// let mut device = Device::new(StoredParameters::DEFAULT, Start::default(), &mut buffer, 0);
+    /// let mut device = Device::new(StoredParameters::DEFAULT, &mut buffer, 0);
     /// let boot_up = device.transmit::<CanFrame>().unwrap();
     /// assert_eq!(boot_up.raw_id(), (0x701, false));
     /// ```
-    pub fn new(stored: StoredParameters, start: Start, buffer: &'a mut [i32], now_us: u64) -> Self {
+    pub fn new(stored: StoredParameters, buffer: &'a mut [i32], now_us: u64) -> Self {
         let node_id = NodeId::new(stored.board.bus.node_id as u8);
-        Self::with_node_id(stored, start, buffer, now_us, node_id)
+        Self::with_node_id(stored, buffer, now_us, node_id)
     }
 
     /// As [`Device::new`], with this node-ID; `None` waits for LSS.
@@ -58,12 +59,11 @@ impl<'a> Device<'a> {
     #[inline(never)]
     pub fn with_node_id(
         stored: StoredParameters,
-        start: Start,
         buffer: &'a mut [i32],
         now_us: u64,
         node_id: Option<NodeId>,
     ) -> Self {
-        let mut drive = Drive::new(stored, start, buffer);
+        let mut drive = Drive::new(stored, buffer);
         let node = Node::new(&DICTIONARY, node_id, &mut drive, now_us);
         Self {
             node,
@@ -99,36 +99,27 @@ impl<'a> Device<'a> {
         self.node.repeat_process_data();
     }
 
-    /// One control period, at its time: [`Device::control`], then [`Device::communicate`].
-    pub fn step(&mut self, samples: &Samples, now_us: u64) -> Outputs {
-        let outputs = self.control(samples);
-        self.communicate(now_us);
-        outputs
-    }
-
-    /// One control period of the drive alone; the next [`Device::communicate`] reports it to the
+    /// Takes the outputs of a control period; the next [`Device::communicate`] reports them to the
     /// network.
-    pub fn control(&mut self, samples: &Samples) -> Outputs {
-        let before = self.worst_bus.unwrap_or(samples.bus);
-        self.worst_bus = Some(worse(before, samples.bus));
-        self.drive.step(samples)
+    pub fn observe(&mut self, outputs: &Outputs) {
+        let bus = outputs.telemetry.bus;
+        let before = self.worst_bus.unwrap_or(bus);
+        self.worst_bus = Some(worse(before, bus));
+        self.drive.observe(outputs);
     }
 
     /// Does what is due on the network. To be called at least once in a control period.
     pub fn communicate(&mut self, now_us: u64) {
         self.report_faults();
         self.report_bus();
-        let statusword = self.drive.statusword();
+        let statusword = self.drive.outputs().motion.status;
         if self.statusword != statusword {
             self.statusword = statusword;
             self.node.object_changed(Address::new(0x6041, 0));
         }
         self.update_node_id();
         self.node.tick(now_us, &mut self.drive);
-        // Not always: it is a mutable access to the application.
-        if self.drive.control.application.source() == CommandSource::Excitation {
-            self.drive.control.application.prepare();
-        }
+        self.drive.prepare_sample();
     }
 
     /// The drive needs the node-ID because COB-IDs are stored without it.
@@ -139,7 +130,7 @@ impl<'a> Device<'a> {
     /// Sends an EMCY for each new fault, and one for each fault that has ended.
     fn report_faults(&mut self) {
         let latched = self.drive.latched();
-        let tick = self.drive.application().telemetry().tick;
+        let tick = self.drive.outputs().telemetry.tick;
         for fault in self.reported.without(latched).iter() {
             let code = emergency::code(fault);
             self.node.clear(code, emergency::instance(fault));

@@ -1,7 +1,6 @@
 //! Faults as EMCY messages.
 
-use canopen::{CanFrame, Emergency, ErrorCode, register};
-use embedded_can::{Frame, StandardId};
+use canopen::{Emergency, ErrorCode, register};
 
 use crate::faults::{Fault, TABLE};
 
@@ -37,24 +36,6 @@ pub(super) fn of(fault: Fault, tick: u32) -> Emergency {
         instance: instance(fault),
         information: tick.to_le_bytes(),
     }
-}
-
-/// The EMCY frame of a fault at the default COB-ID of this node, for a program that can no longer
-/// use its CANopen device; `None` for a node-ID that does not exist.
-///
-/// ```
-/// use embedded_can::Frame;
-/// use firmware::{drive::emergency_frame, faults::Fault};
-///
-/// let frame = emergency_frame(Fault::DataCorrupt, 1).unwrap();
-/// assert_eq!(frame.raw_id(), (0x081, false));
-/// assert_eq!(frame.data(), [0x10, 0x55, 1, 0x80 | 22, 0, 0, 0, 0]);
-/// ```
-pub fn emergency_frame(fault: Fault, node_id: u8) -> Option<CanFrame> {
-    let [low, high] = code(fault).0.to_le_bytes();
-    let bytes = [low, high, register::GENERIC, instance(fault), 0, 0, 0, 0];
-    canopen::NodeId::new(node_id)?;
-    CanFrame::new(StandardId::new(0x080 | u16::from(node_id))?, &bytes)
 }
 
 /// The bit of the error register by the class of the code (CiA 301, tables 25 and 26).

@@ -1,8 +1,8 @@
 //! Values that are computed when they are read.
 
-use super::{Drive, emergency, limits::PERIOD_US};
+use super::{Drive, emergency};
 use crate::{
-    application::CommandSource,
+    control_loop::PERIOD_US,
     dictionary::Measured,
     supervisor::ResetCause,
     timing::{CONTROL_PERIOD_MS, thousandths},
@@ -45,17 +45,17 @@ pub(super) fn real(value: f32) -> u64 {
 impl Drive<'_> {
     /// The present value, as the server of the crate `canopen` expects it.
     pub(super) fn measured(&self, value: Measured) -> u64 {
-        let t = self.application().telemetry();
+        let (t, motion) = (&self.outputs.telemetry, &self.outputs.motion);
         let board = &self.diagnostics;
         match value {
             Measured::PositionMdeg => signed(thousandths(t.angle)),
-            Measured::VelocityMdegS => signed(self.application().velocity_mdeg_s()),
+            Measured::VelocityMdegS => signed(t.velocity_mdeg_s),
             Measured::CompactAngle => short(thousandths(t.angle) / 10),
             Measured::CompactRate => short(thousandths(t.rate) / 100),
             Measured::RateCommandMdegS => signed(thousandths(t.rate_command)),
-            Measured::PositionDemandMdeg => signed(self.motion.position_mdeg),
-            Measured::VelocityDemandMdegS => signed(self.motion.velocity_mdeg_s),
-            Measured::FollowingErrorMdeg => signed(self.motion.following_error_mdeg),
+            Measured::PositionDemandMdeg => signed(motion.position_mdeg),
+            Measured::VelocityDemandMdegS => signed(motion.velocity_mdeg_s),
+            Measured::FollowingErrorMdeg => signed(motion.following_error_mdeg),
             // Thousandths of a percent to hundredths.
             Measured::Duty => short(thousandths(t.duty) / 10),
             Measured::BackEmfMv => short(t.back_emf_mv),
@@ -69,22 +69,18 @@ impl Drive<'_> {
             Measured::Temperature => short(t.temperature_mdeg_c / 100),
             Measured::SampleCounter => u64::from(t.tick as u16),
             Measured::SampleTimeUs => u64::from(t.tick.wrapping_mul(PERIOD_US)),
-            Measured::Statusword => u64::from(self.motion.statusword),
-            Measured::Mode => signed(i32::from(self.motion.mode)),
+            Measured::Statusword => u64::from(motion.status),
+            Measured::Mode => signed(i32::from(motion.mode as i8)),
             Measured::ErrorCode => u64::from(self.error_code()),
             Measured::PresentFaults => u64::from(t.present.bits()),
             Measured::LatchedFaults => u64::from(self.latched().bits()),
             Measured::PulseWidthUs => u64::from(t.servo_pulse_us),
-            Measured::PulseIsPresent => u64::from(self.pulse_age < self.pulse_timeout()),
-            Measured::PulseAgeMs => {
-                u64::from(self.pulse_age.saturating_mul(CONTROL_PERIOD_MS as u16))
-            }
+            Measured::PulseIsPresent => u64::from(t.pulse_age < self.pulse_timeout()),
+            Measured::PulseAgeMs => u64::from(t.pulse_age.saturating_mul(CONTROL_PERIOD_MS as u16)),
             Measured::PredictedAngleDeg => real(self.model.angle_deg()),
             Measured::PredictedRateDegS => real(self.model.rate_deg_s()),
             Measured::ResidualDeg => real(self.model.residual_deg()),
-            Measured::ExcitationStatus => {
-                u64::from(self.application().source() == CommandSource::Excitation)
-            }
+            Measured::ExcitationStatus => u64::from(self.is_exciting()),
             Measured::CaptureStatus => self.capture.phase() as u64,
             Measured::CapturedRecords => self.capture.count() as u64,
             Measured::RecordSize => self.capture.width() as u64 * 4,
@@ -112,25 +108,19 @@ impl Drive<'_> {
 
     /// Control periods without a servo pulse after which the pulse counts as absent.
     fn pulse_timeout(&self) -> u16 {
-        let timeout_ms = self.application().parameters().command.command_timeout_ms;
+        let timeout_ms = self.parameters().command.command_timeout_ms;
         crate::timing::periods(timeout_ms.max(100))
     }
 
     /// The error code of the fault that was latched first.
     fn error_code(&self) -> u16 {
-        let first = self
-            .application()
-            .faults()
-            .first()
-            .map(|record| record.fault);
-        first
-            .or(self.own.first())
-            .map_or(0, |fault| emergency::code(fault).0)
+        let first = self.outputs.fault;
+        first.map_or(0, |fault| emergency::code(fault).0)
     }
 
     /// In thousandths.
     fn permille_of_rated_current(&self, current_ma: i32) -> i32 {
-        let rated_ma = self.application().parameters().current.continuous_ma;
+        let rated_ma = self.parameters().current.continuous_ma;
         // Within 1650 times 1000.
         let share = current_ma.saturating_mul(1000).checked_div(rated_ma);
         share.unwrap_or(0)

@@ -1,109 +1,88 @@
-//! The actuator as a CANopen drive: the [`Application`] behind the object dictionary, with the
-//! drive profile CiA 402.
+//! The actuator as a CANopen drive: the object dictionary and the drive profile CiA 402 in front of
+//! the [control loop](crate::control_loop).
 //!
 //! ```text
-//! frames ── canopen::Node ── Drive ─┬─ cia402::Axis      states, modes, ramps
-//!                                   ├─ Application       loop, protections, parameters
-//!                                   ├─ Capture, MotorModel, excitations
+//! frames ── canopen::Node ── Drive ─┬─ mailboxes         commands and parameters for the loop
+//!                                   ├─ telemetry         the last outputs of the loop
+//!                                   ├─ Capture, MotorModel
 //!                                   └─ ParameterStore    what 1010h stores
 //! ```
 //!
-//! [`Device`] combines node and drive: frames and samples go in, frames and the state of the bridge
-//! come out. It depends neither on the transport of the frames nor on the flash.
+//! [`Device`] combines node and drive: frames and outputs of the loop go in, frames and messages to
+//! the loop come out. It depends neither on the transport of the frames nor on the flash.
 //!
-//! # How CiA 402 drives the application
-//!
-//! Once a control period the axis computes a demand from controlword, mode and targets. A demand
-//! for power becomes [`Request::Enable`], no demand becomes [`Request::Disable`], and a position
-//! becomes [`Request::Command`]. A demanded velocity is a rate setpoint: it goes to the rate loop
-//! without the gain of the position loop. A fault of the application is a fault of the axis. A stop
-//! that the application executes by itself (`FaultReaction`) is shown by the axis and not
-//! influenced.
-//!
-//! While an excitation runs, or the servo pulse commands, the axis follows their command and
-//! continues from it afterwards.
-//!
-//! [`Request::Enable`]: crate::application::Request::Enable
-//! [`Request::Disable`]: crate::application::Request::Disable
-//! [`Request::Command`]: crate::application::Request::Command
+//! A write of an object changes a message: a controlword is queued in [`Commands`], a parameter is
+//! checked with all others and becomes part of [`LoopParameters`]. Whether a write is permitted
+//! follows from the state that the loop reported last; the loop checks it once more.
 
-mod command_state;
 mod commands;
-mod control;
 mod device;
 mod emergency;
-mod failsafe;
-mod limits;
 mod measured;
 mod model;
-mod motion;
 mod objects;
 mod service;
-mod step_state;
 mod store;
 mod stored;
 #[cfg(test)]
 mod tests;
 mod update;
 
-use canopen::{
-    Counted,
-    cia402::{Axis, Parameters},
-};
-
-pub use command_state::CommandState;
-pub use commands::Commands;
-pub use control::Control;
 pub use device::{Device, RPDOS, TPDOS};
-pub use emergency::emergency_frame;
 pub use measured::Diagnostics;
-pub use step_state::StepState;
 pub use stored::StoredParameters;
 pub use update::{Image, Slots, StageError, UpdateOrder};
 
 use crate::{
-    application::{Application, BoardState, CommandSource, Outputs, Samples, Start},
+    application::{CommandSource, Outputs, Start},
     capture::Capture,
+    check_value::Checked,
+    control_loop::{Commands, ExcitationRequest, Loop, LoopParameters},
     faults::FaultSet,
-    measure::Ripple,
-    parameters::ObjectValues,
-    timing::thousandths,
+    parameters::{BoardParameters, ObjectValues},
 };
-use failsafe::Failsafe;
 use model::MotorModel;
-use motion::Motion;
 use service::{ServiceAccess, ServiceState};
 use store::ParameterStore;
 use update::Update;
 
-/// The ripple of the current in the motor that these values describe.
-fn ripple(values: &ObjectValues) -> Ripple {
-    Ripple::of(values.model.resistance_ohm, values.model.inductance_h)
+/// The messages to the control loop.
+#[derive(Debug)]
+pub struct Messages {
+    /// The commands.
+    pub commands: Checked<Commands>,
+    /// The parameters.
+    pub parameters: Checked<LoopParameters>,
+    /// The excitation that was requested last.
+    pub excitation: Checked<ExcitationRequest>,
 }
 
-/// The application behind the object dictionary.
+impl Messages {
+    /// A control loop that has taken these messages, after a reset of any kind.
+    pub fn start(&self, start: Start) -> Loop {
+        let parameters = self.parameters.unverified();
+        let (commands, excitation) = (self.commands.unverified(), self.excitation.unverified());
+        Loop::new((commands, parameters, excitation), start)
+    }
+}
+
+/// The control loop behind the object dictionary.
 #[derive(Debug)]
 pub struct Drive<'a> {
-    control: Counted<Control>,
+    /// What is posted to the control loop.
+    pub messages: Messages,
+    /// What the loop has reported last.
+    outputs: Outputs,
     capture: Capture<'a>,
-    commands: Counted<Commands>,
     values: ObjectValues,
-    motion: Motion,
-    failsafe: Failsafe,
     model: MotorModel,
     store: ParameterStore,
     update: Update<'a>,
     service: ServiceAccess,
-    /// Faults that the drive detects itself: missing commands, and a refused enable.
-    own: FaultSet,
-    /// Control periods since the last servo pulse.
-    pulse_age: u16,
     /// A bit rate that LSS has set.
     bit_rate_kbit_s: Option<u16>,
     /// Node-ID of the node; 0 for none.
     node_id: u8,
-    /// Conditions at the start of the board, for the first reset of the node.
-    start: Start,
     /// Counters of the board's program, which may write here at any time.
     pub diagnostics: Diagnostics,
 }
@@ -112,67 +91,45 @@ impl<'a> Drive<'a> {
     /// A drive with these stored parameters, which captures into this buffer.
     ///
     /// ```
-    /// use firmware::{application::{Start, BoardState}, drive::{Drive, StoredParameters}};
+    /// use firmware::{application::BoardState, drive::{Drive, StoredParameters}};
     ///
     /// let mut buffer = [0; 800];
-    /// let drive = Drive::new(StoredParameters::DEFAULT, Start::default(), &mut buffer);
-    /// assert_eq!(drive.application().state(), BoardState::Initialising);
+    /// let drive = Drive::new(StoredParameters::DEFAULT, &mut buffer);
+    /// assert_eq!(drive.outputs().state, BoardState::Initialising);
     /// ```
-    pub fn new(stored: StoredParameters, start: Start, buffer: &'a mut [i32]) -> Self {
-        let values = stored.values;
-        let application = Application::with_ripple(stored.board, start, ripple(&values));
+    pub fn new(stored: StoredParameters, buffer: &'a mut [i32]) -> Self {
         Self {
-            control: Counted::new(Control {
-                axis: Axis::new(),
-                axis_parameters: limits::axis_parameters(&values, application.parameters()),
-                application,
-            }),
+            messages: Messages {
+                commands: Checked::new(Commands::DEFAULT),
+                parameters: Checked::new(LoopParameters::of(&stored)),
+                excitation: Checked::new(ExcitationRequest::NONE),
+            },
+            outputs: outputs_at_start(&stored.board),
             capture: Capture::new(buffer),
-            commands: Counted::new(Commands::DEFAULT),
-            motion: Motion::default(),
-            failsafe: Failsafe::default(),
             model: MotorModel::default(),
             store: ParameterStore::new(stored),
             update: Update::NEW,
             service: ServiceAccess::NEW,
-            values,
-            own: FaultSet::EMPTY,
-            pulse_age: u16::MAX,
+            values: *stored.values(),
             bit_rate_kbit_s: None,
             node_id: 0,
-            start,
             diagnostics: Diagnostics::default(),
         }
     }
 
-    /// The application.
-    pub fn application(&self) -> &Application {
-        &self.control.application
+    /// The last outputs of the control loop.
+    pub fn outputs(&self) -> &Outputs {
+        &self.outputs
     }
 
-    /// The parameters of the axis.
-    pub fn axis_parameters(&self) -> &Parameters {
-        &self.control.axis_parameters
+    /// The parameters of the board that were set last.
+    pub fn parameters(&self) -> &BoardParameters {
+        &self.messages.parameters.unverified().board
     }
 
-    /// What a master commands.
-    pub fn commands(&self) -> &Counted<Commands> {
-        &self.commands
-    }
-
-    /// Application and axis.
-    pub fn control(&self) -> &Counted<Control> {
-        &self.control
-    }
-
-    /// All latched faults, of the application and of the drive.
+    /// All latched faults.
     pub fn latched(&self) -> FaultSet {
-        self.application().faults().latched().or(self.own)
-    }
-
-    /// Statusword 6041h.
-    pub fn statusword(&self) -> u16 {
-        self.motion.statusword
+        self.outputs.telemetry.latched
     }
 
     /// The set to be written to the flash, once; [`Drive::saved`] reports the result.
@@ -185,59 +142,39 @@ impl<'a> Drive<'a> {
         self.store.finish(is_successful);
     }
 
-    /// The duty was written too late for its PWM edge: the last period counts as missed.
-    pub fn was_late(&mut self) {
-        self.control.application.was_late();
-    }
-
     /// The bit rate to switch to, kbit/s, once.
     pub fn take_bit_rate(&mut self) -> Option<u16> {
         self.bit_rate_kbit_s.take()
     }
 
-    /// One control period.
-    pub fn step(&mut self, samples: &Samples) -> Outputs {
-        self.pulse_age = match samples.servo_pulse_us {
-            Some(_) => 0,
-            None => self.pulse_age.saturating_add(1),
-        };
-        self.service.step();
-        self.acknowledge();
-        let output = self.step_axis();
-        self.apply_demand(&output);
-        let outputs = self.control.application.step(samples);
-        self.capture.sample(&outputs);
-        self.model.step(&self.values.model, &outputs);
-        outputs
+    /// Takes the outputs of a control period.
+    pub fn observe(&mut self, outputs: &Outputs) {
+        self.outputs = *outputs;
+        self.service.control_period();
+        self.capture.sample(outputs);
+        self.model.step(&self.values.model, outputs);
     }
 
     /// Restarts with the stored parameters.
     fn power_on(&mut self) {
         let stored = self.store.stored();
-        self.values = stored.values;
-        let start = self.start;
-        self.start = start.permanent();
-        self.control.application =
-            Application::with_ripple(stored.board, start, ripple(&self.values));
-        self.control.axis = Axis::new();
-        *self.commands = Commands::DEFAULT;
-        self.motion = Motion::default();
-        self.failsafe = Failsafe::default();
+        self.values = *stored.values();
+        self.outputs = outputs_at_start(&stored.board);
+        self.messages.parameters.update(|parameters| {
+            *parameters = LoopParameters {
+                number: parameters.number.wrapping_add(1),
+                ..LoopParameters::of(stored)
+            };
+        });
+        self.messages.commands.update(Commands::restart);
+        self.messages.excitation.update(ExcitationRequest::stop);
         self.model = MotorModel::default();
-        self.own = FaultSet::EMPTY;
         self.service.lock();
         self.capture.stop();
-        self.update_limits();
-    }
-
-    /// Updates the parameters of the axis after a change of stored values.
-    fn update_limits(&mut self) {
-        self.control.axis_parameters =
-            limits::axis_parameters(&self.values, self.application().parameters());
     }
 
     fn is_driving(&self) -> bool {
-        self.application().state().is_driving() || self.motion.is_powered
+        self.outputs.state.is_driving() || self.outputs.motion.is_powered
     }
 
     /// Whether the service password locks what it protects.
@@ -245,23 +182,42 @@ impl<'a> Drive<'a> {
         self.service.state(self.values.service.password) == ServiceState::Locked
     }
 
-    fn angle_mdeg(&self) -> i32 {
-        thousandths(self.application().telemetry().angle)
+    /// Whether an excitation runs or is about to start.
+    fn is_exciting(&self) -> bool {
+        let request = self.messages.excitation.unverified();
+        if request.number == self.outputs.taken.excitation {
+            self.outputs.telemetry.source == CommandSource::Excitation
+        } else {
+            request.run.is_some()
+        }
     }
 
-    fn rate_mdeg_s(&self) -> i32 {
-        thousandths(self.application().telemetry().rate)
+    /// The source of commands that is selected or about to be.
+    fn selected_source(&self) -> CommandSource {
+        let request = self.messages.commands.unverified().source;
+        if request.number == self.outputs.taken.source {
+            self.outputs.telemetry.selected_source
+        } else {
+            request.value
+        }
     }
 
-    /// Whether the commands come from the bus at present.
-    fn is_commanded(&self) -> bool {
-        // The axis takes over one period after the other source has ended: it starts from the
-        // command of that source.
-        self.application().source() == CommandSource::Bus
-            && self.application().telemetry().source == CommandSource::Bus
+    /// Computes the sample of the running excitation that the next control period needs.
+    fn prepare_sample(&mut self) {
+        let request = self.messages.excitation.unverified();
+        let (Some(run), Some(tick)) = (&request.run, self.outputs.taken.sample_due) else {
+            return;
+        };
+        if request.number == self.outputs.taken.excitation {
+            let sample = (request.number, run.sample(tick));
+            (self.messages.commands).update(|commands| commands.sample = sample);
+        }
     }
+}
 
-    fn has_failed(&self) -> bool {
-        self.application().state() == BoardState::Fault
-    }
+/// What is reported before the first control period.
+fn outputs_at_start(parameters: &BoardParameters) -> Outputs {
+    let mut outputs = Outputs::default();
+    outputs.telemetry.selected_source = CommandSource::of(&parameters.command);
+    outputs
 }

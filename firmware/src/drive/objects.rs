@@ -9,7 +9,8 @@ use canopen::{Abort, BitRate, Event, NmtState, NodeId, ParameterGroup, Reset};
 
 use super::{Drive, commands::is_signal, measured::real, store::StoreClient};
 use crate::{
-    application::Refused,
+    application::{Refused, may_retune},
+    control_loop::LoopParameters,
     dictionary::{Location, location},
     parameters::{BoardParameters, ObjectValue, Parameter},
 };
@@ -29,16 +30,28 @@ impl Drive<'_> {
     /// Changes parameters of the board without a step of the duty. `change` returns whether the
     /// value is possible; range and relations are checked here.
     fn retune(&mut self, change: impl FnOnce(&mut BoardParameters) -> bool) -> Result<(), Abort> {
-        let mut parameters = *self.application().parameters();
+        let mut parameters = *self.parameters();
         if !change(&mut parameters) {
             return Err(Abort::Value);
         }
-        self.control
-            .application
-            .retune(&parameters)
-            .map_err(abort)?;
-        self.update_limits();
+        self.set_board(parameters)
+    }
+
+    /// Posts parameters of the board if the state of the loop permits their changes.
+    fn set_board(&mut self, board: BoardParameters) -> Result<(), Abort> {
+        may_retune(self.outputs.state, self.parameters(), &board).map_err(abort)?;
+        self.post(|parameters| parameters.board = board);
         Ok(())
+    }
+
+    /// Changes the message of parameters.
+    fn post(&mut self, change: impl FnOnce(&mut LoopParameters)) {
+        let values = &self.values;
+        self.messages.parameters.update(|parameters| {
+            parameters.number = parameters.number.wrapping_add(1);
+            change(parameters);
+            parameters.set_values(values);
+        });
     }
 
     fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {
@@ -54,19 +67,26 @@ impl Drive<'_> {
         if value == ObjectValue::Password {
             self.service.password_set();
         }
-        self.update_limits();
-        if matches!(value, ObjectValue::ResistanceOhm | ObjectValue::InductanceH) {
-            self.control
-                .application
-                .set_ripple(super::ripple(&self.values));
-        }
+        let values = self.values;
+        let is_winding = matches!(value, ObjectValue::ResistanceOhm | ObjectValue::InductanceH);
+        self.post(|parameters| {
+            if is_winding {
+                parameters.set_winding(&values);
+            }
+        });
         Ok(())
+    }
+}
+
+impl Drive<'_> {
+    fn report_network(&mut self, is_lost: bool) {
+        (self.messages.commands).update(|commands| commands.report_network(is_lost));
     }
 }
 
 impl canopen::Application for Drive<'_> {
     fn read(&mut self, address: Address) -> Result<u64, Abort> {
-        let parameters = self.application().parameters();
+        let parameters = self.parameters();
         Ok(match location(address) {
             Location::Control(row) => real(parameters.control.get(row).ok_or(Abort::NoObject)?),
             // Signed integers are extended to 64 bits; the server cuts off what is beyond the type.
@@ -125,8 +145,8 @@ impl canopen::Application for Drive<'_> {
             Reset::Node => self.power_on(),
             // A master that resets the communication of an enabled drive has lost it.
             Reset::Communication => {
-                let moves = self.control.axis.state() == Cia402State::OperationEnabled;
-                self.failsafe.network(moves);
+                let moves = self.outputs.motion.state == Cia402State::OperationEnabled;
+                self.report_network(moves);
             }
         }
     }
@@ -165,14 +185,15 @@ impl canopen::Application for Drive<'_> {
         communication: &mut dyn Iterator<Item = (Address, u32)>,
     ) -> Poll<Result<(), Abort>> {
         let Self {
-            control,
+            messages,
             values,
             store,
             node_id,
             ..
         } = self;
         store.save(StoreClient::Save(group), |stored| {
-            let present = (control.application.parameters(), &*values, *node_id);
+            let board = &messages.parameters.unverified().board;
+            let present = (board, &*values, *node_id);
             stored.take(group, present, communication);
         })
     }
@@ -189,10 +210,10 @@ impl canopen::Application for Drive<'_> {
     fn event(&mut self, event: Event) {
         match event {
             Event::HeartbeatLost(_) | Event::NmtState(NmtState::Stopped) => {
-                self.failsafe.network(true);
+                self.report_network(true);
             }
             Event::HeartbeatStarted(_) | Event::NmtState(NmtState::Operational) => {
-                self.failsafe.network(false);
+                self.report_network(false);
             }
             _ => {}
         }
@@ -215,15 +236,15 @@ impl canopen::Application for Drive<'_> {
         if self.is_locked() && !is_begun {
             return Poll::Ready(Err(Abort::DeviceState));
         }
-        let mut parameters = *self.application().parameters();
+        let mut parameters = *self.parameters();
         let bus = &mut parameters.bus;
         bus.node_id = node_id.map_or(bus.node_id, |id| i32::from(id.get()));
         let kbit_s = bit_rate.and_then(Bus::kbit_s_of).map(i32::from);
         bus.bit_rate_kbit_s = kbit_s.unwrap_or(bus.bit_rate_kbit_s);
         let bus = *bus;
         // The node-ID is shown in 2102h and kept by 1010h; an enabled drive keeps its identity.
-        if !is_begun && let Err(refused) = self.control.application.retune(&parameters) {
-            return Poll::Ready(Err(abort(refused)));
+        if !is_begun && let Err(refused) = self.set_board(parameters) {
+            return Poll::Ready(Err(refused));
         }
         self.store
             .save(StoreClient::Lss, |stored| stored.board.bus = bus)

@@ -52,7 +52,7 @@ impl ServiceAccess {
     };
 
     /// One control period.
-    pub fn step(&mut self) {
+    pub fn control_period(&mut self) {
         self.back_off = self.back_off.saturating_sub(1);
     }
 

@@ -88,6 +88,11 @@ impl StoredParameters {
         has_communication: false,
     };
 
+    /// The values of objects.
+    pub(crate) fn values(&self) -> &ObjectValues {
+        &self.values
+    }
+
     /// The stored value of a communication parameter.
     pub(super) fn communication(&self, address: Address) -> Option<u32> {
         let stored = self.has_communication.then_some(&self.communication)?;

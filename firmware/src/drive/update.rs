@@ -22,7 +22,7 @@ use crate::{
     application::BoardState,
     capture::Capture,
     faults::{Fault, FaultSet},
-    timing::{CALL_PERIODS, periods},
+    timing::{CALL_PERIODS, periods, thousandths},
 };
 
 pub use bootloader::background::StageError;
@@ -356,13 +356,13 @@ impl<'a> Drive<'a> {
     /// Judges an image on trial after its first second.
     fn test_itself(&mut self) {
         let is_on_trial = self.update.slots.is_some_and(|slots| !slots.is_confirmed);
-        let tick = self.application().telemetry().tick;
+        let tick = self.outputs.telemetry.tick;
         if !is_on_trial || self.update.request != Request::None || tick < SELF_TEST_PERIODS {
             return;
         }
-        let has_started = self.application().state() != BoardState::Initialising;
+        let has_started = self.outputs.state != BoardState::Initialising;
         // Without power most faults are present only, and not latched.
-        let faults = self.latched().or(self.application().telemetry().present);
+        let faults = self.latched().or(self.outputs.telemetry.present);
         let has_failed = !faults.and(FAILURES).is_empty();
         self.update.request = if has_started && !has_failed {
             Request::Confirm
@@ -372,7 +372,7 @@ impl<'a> Drive<'a> {
     }
 
     fn is_at_rest(&self) -> bool {
-        self.rate_mdeg_s().unsigned_abs() < REST_MDEG_S
+        thousandths(self.outputs.telemetry.rate).unsigned_abs() < REST_MDEG_S
     }
 
     /// Requests the installation of the staged image. The server has refused it while the drive has

@@ -3,7 +3,7 @@
 use super::Fault;
 
 /// A set of faults: bit `n` for number `n`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct FaultSet(u32);
 
 impl FaultSet {

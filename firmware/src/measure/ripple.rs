@@ -74,6 +74,13 @@ impl Ripple {
         }
     }
 
+    /// Every number of it, for a check value.
+    pub(crate) fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
+        let table = self.table.iter();
+        let table = table.flat_map(|factors| [factors.excess, factors.variance]);
+        table.chain([self.conductance])
+    }
+
     /// The current of a back-EMF alone, mA.
     pub fn of_back_emf_ma(&self, back_emf_mv: i32) -> i32 {
         (back_emf_mv as f32 * self.conductance) as i32

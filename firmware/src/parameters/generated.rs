@@ -4,7 +4,7 @@ use super::CONTROL_DEFAULT;
 use model_core::control::cascade::Coefficients;
 
 /// Source of the commands, and how long a command is valid.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CommandSettings {
     /// Source of the commands: 0 the bus; 1 the servo pulse; at standstill also the source after a
     /// reset. Default: 0 (the bus). Range: 0 to 1. Object 2000h Command source.
@@ -27,7 +27,7 @@ impl CommandSettings {
 }
 
 /// Angle of a servo pulse.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ServoSettings {
     /// Pulse width of the smallest angle. Unit: us. Default: 1000 (usual for radio control). Range:
     /// 500 to 2500. Object 2001h:04 RC PWM input: Pulse minimum.
@@ -60,7 +60,7 @@ impl ServoSettings {
 }
 
 /// Protection: the encoder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct EncoderLimits {
     /// Consecutive lost samples that are tolerated before the bridge is switched off. Default: 3
     /// (17 ms from the last valid angle until the bridge is off). Range: 0 to 50. Object 2100h:01
@@ -103,7 +103,7 @@ impl EncoderLimits {
 }
 
 /// Protection: the motor current.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CurrentLimits {
     /// Largest sampled motor current. Unit: mA. Default: 1600 (a reversal at full rate takes (6 V +
     /// 5.7 V)/7.7 ohm = 1520 mA; the amplifier saturates at 2900 mA). Range: 100 to 2800. Object
@@ -133,7 +133,7 @@ impl CurrentLimits {
 }
 
 /// Protection: stall.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct StallLimits {
     /// Mean motor current above which a shaft that does not turn counts as stalled. Unit: mA.
     /// Default: 500 (two thirds of the stall current of 780 mA: 0.58 N m at the output). Range: 20
@@ -157,7 +157,7 @@ impl StallLimits {
 }
 
 /// Protection: the following error.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FollowingLimits {
     /// Position error that is tolerated. Unit: mdeg. Default: 10000 (half of what a rate of 160
     /// deg/s leaves at a gain of 8/s). Range: 100 to 360000. Object 2100h:0F Protection: Following
@@ -181,7 +181,7 @@ impl FollowingLimits {
 }
 
 /// Protection: the supply voltage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SupplyLimits {
     /// Lowest supply voltage to drive with. Unit: mV. Default: 4000 (below the 4.8 V that the servo
     /// is rated for). Range: 2500 to 16000. Object 2100h:12 Protection: Under-voltage.
@@ -204,7 +204,7 @@ impl SupplyLimits {
 }
 
 /// Protection: the temperature.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TemperatureLimits {
     /// Highest temperature. Unit: mdegC. Default: 85000 (parts of the industrial range). Range:
     /// 30000 to 125000. Object 2100h:15 Protection: Over-temperature.
@@ -223,7 +223,7 @@ impl TemperatureLimits {
 }
 
 /// Protection: missed control periods and measurements.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct TimingLimits {
     /// Missed control periods that are tolerated; each second without one cancels one. Default: 3
     /// (three within a second). Range: 0 to 250. Object 2100h:17 Protection: Overruns.
@@ -242,7 +242,7 @@ impl TimingLimits {
 }
 
 /// Quick stop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct StopSettings {
     /// Faults after which both low sides short the motor, bit n for fault n; after all others it
     /// coasts. Default: 16776894 (all but over-current and a tripped bridge: the braking current,
@@ -274,7 +274,7 @@ impl StopSettings {
 }
 
 /// The CAN bus.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct BusSettings {
     /// Node-ID. Default: 1 (CiA 301). Range: 1 to 127. Object 2102h:01 Bus: Node-ID.
     pub node_id: i32,
@@ -337,7 +337,7 @@ impl ModelSettings {
 }
 
 /// The excitation that the board runs on request.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ExcitationSettings {
     /// Shape: 0 pulse; 1 doublet; 2 3-2-1-1; 3 variable step; 4 ramp; 5 linear chirp; 6 logarithmic
     /// chirp; 7 sine; 8 PRBS; 9 multisine. Default: 5 (identifies best). Range: 0 to 9. Object
@@ -389,7 +389,7 @@ impl ExcitationSettings {
 }
 
 /// Signals and trigger of a capture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct CaptureObjects {
     /// Trigger source. Default: 0. Range: 0 to 2. Object 2030h:03 Capture: Trigger source.
     pub trigger: u8,
@@ -433,7 +433,7 @@ impl CaptureObjects {
 }
 
 /// Reaction to the loss of the master.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct FailsafeSettings {
     /// Action. Default: 1. Range: 0 to 2. Object 2040h:02 Failsafe: Action.
     pub failsafe_action: u8,
@@ -451,7 +451,7 @@ impl FailsafeSettings {
 }
 
 /// Settings of the drive profile CiA 402.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ProfileSettings {
     /// Quick stop option code. Default: 2. Range: 0 to 8. Object 605Ah Quick stop option code.
     pub quick_stop_option: i16,
@@ -535,7 +535,7 @@ impl ProfileSettings {
 }
 
 /// Access for service.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ServiceSettings {
     /// Replaces the password; 0 removes it. 1010h stores it. 1011h keeps it. Default: 0 (the
     /// factory sets none). Object 2103h:04 Service access: New password.
@@ -550,7 +550,7 @@ impl ServiceSettings {
 }
 
 /// All parameters of the board's application.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct BoardParameters {
     /// Gains and limits of the control step.
     pub control: Coefficients,

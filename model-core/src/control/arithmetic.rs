@@ -7,7 +7,7 @@ use fixed::types::I32F32;
 use super::units::{Quantity, round};
 
 /// A coefficient that makes a quantity of type `To` of one of type `From`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(bound = ""))]
 pub struct Gain<From, To> {
@@ -46,7 +46,7 @@ impl<From: Quantity, To: Quantity> Gain<From, To> {
 /// The value is `whole + upper 2^-32 + lower 2^-64`. Each digit has a sign of its own, and so have
 /// the digits of the signal in [`Coefficient::times`]: a Cortex-M4 multiplies two signed digits and
 /// accumulates the product in one instruction, without a shift.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Coefficient {
     /// Zero where `lower` is not zero.

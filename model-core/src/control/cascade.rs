@@ -22,7 +22,7 @@ mod single_precision;
 const DUTY_STEP_END: Percent = Percent::from_int(200);
 
 /// Everything that does not change from step to step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Coefficients {
     pub(super) mounting: Mounting,
@@ -142,7 +142,7 @@ const fn rate_loop(p: &ControlParameters) -> RateLoop {
 }
 
 /// What the loops are closed around.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Setpoint {
     /// Both loops, around this angle.
@@ -187,7 +187,7 @@ pub struct CascadeStep {
 }
 
 /// The limits that acted in a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ActiveLimits {
     /// A position limit changed the setpoint.

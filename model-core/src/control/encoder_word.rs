@@ -24,7 +24,7 @@ const MAG_INC: u32 = 1 << 2;
 const MAG_DEC: u32 = 1 << 1;
 
 /// An absolute angle in counts, 0 to 4095.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct EncoderCount(u16);
 
@@ -46,7 +46,7 @@ impl EncoderCount {
 }
 
 /// What the encoder says of its magnet (data sheet, table 4).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Magnet {
     /// The field is strong enough and steady.

@@ -9,7 +9,7 @@ use super::{
 pub(crate) const RATE_END: Rate = Rate::from_int(1 << 17);
 
 /// Coefficients of the position loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PositionLoop {
     /// P, 1/s, below 2^9.

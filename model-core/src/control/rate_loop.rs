@@ -24,7 +24,7 @@ use super::{
 pub(super) const INTEGRATOR_END: i32 = 1 << 28;
 
 /// Coefficients of the rate loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RateLoop {
     /// Kp, %/(deg/s), below 2^7.

@@ -15,7 +15,7 @@ use super::{
 pub const COUNT_STEPS: i64 = 45 << (32 - 9);
 
 /// How the encoder is mounted on the shaft.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Mounting {
     /// The count at angle zero.

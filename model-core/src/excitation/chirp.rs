@@ -21,7 +21,7 @@ crate::parameters! {
 }
 
 /// Law of the frequency sweep.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Sweep {
     /// Linear in time.
     Linear(Quadratic),
@@ -42,7 +42,7 @@ pub enum Sweep {
 /// };
 /// assert!((CHIRP.command(20_000).to_f64() - 4.0907).abs() < 1e-4);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Chirp {
     /// Amplitude.
     pub amplitude: Angle,

@@ -30,7 +30,7 @@ use core::num::NonZeroU64;
 /// let pulse = Excitation::Multistep(Multistep::try_pulse(&Default::default()).unwrap());
 /// assert_eq!([0, 20_000].map(|tick| pulse.command(tick).to_int()), [0, 90]);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Excitation<'a> {
     /// Pulse, doublet, 3-2-1-1.
     Multistep(multistep::Multistep),

@@ -29,7 +29,7 @@ crate::parameters! {
 }
 
 /// A multisine from tick 0 without end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Multisine {
     /// Amplitude of each line.
     pub amplitude: Angle,

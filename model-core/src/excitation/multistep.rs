@@ -60,7 +60,7 @@ crate::parameters! {
 /// let commands = [99, 100, 110, 120].map(|i| DOUBLET.command(i).to_f64());
 /// assert_eq!(commands, [0.0, 2.5, -2.5, 0.0]);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Multistep {
     /// Magnitude of every step; if negative, the first step is downward.
     pub amplitude: Angle,

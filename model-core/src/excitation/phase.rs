@@ -42,7 +42,7 @@ pub const fn ratio(numerator: u64, denominator: NonZeroU64, bits: u32) -> u128 {
 /// `phase(i) = per_tick * i + per_tick_squared * i^2`. With 128 bits the error of a coefficient is
 /// at most 2^-129 turn, and that of the phase after 1,000 s (2e7 ticks) 1e-24 turn. The dominant
 /// error is that of the constructor's `f64`: 2e-16 of the number of turns.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Quadratic {
     /// In units of 2^-128 turn per tick; negative ones as two's complement.
     pub per_tick: u128,
@@ -99,7 +99,7 @@ const fn turns(fraction: f64) -> u128 {
 /// octaves below the faster end is `B 2^-y` plus a constant, or `-B 2^-y` where the frequency
 /// falls. Relative to the faster end the power never exceeds one: its error of 1e-18 is an error of
 /// `B * 1e-18` turn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Exponential {
     /// `B` in units of 2^-64 turn.
     pub scale: u128,

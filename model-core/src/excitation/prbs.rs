@@ -33,7 +33,7 @@ const POLYNOMIALS: [u32; 14] = [
 ];
 
 /// Two levels in pseudo-random order from tick 0 without end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Prbs {
     amplitude: Angle,
     chip_ticks: NonZeroU64,

@@ -25,7 +25,7 @@ crate::parameters! {
 ///
 /// The error of the slope is at most 2^-47 deg per tick, that of the line 1e-8 deg after a minute.
 /// Each line starts exactly at its breakpoint.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 struct Line {
     start_tick: u64,
     start: Angle,
@@ -66,7 +66,7 @@ impl Line {
 }
 
 /// Straight lines between breakpoints; constant before the first and after the last.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Ramp {
     lines: [Line; MOST_POINTS],
 }

@@ -6,7 +6,7 @@ use core::fmt;
 /// Commands with the ticks at which they take effect, each constant until the next one.
 ///
 /// The first command applies from the start, the last one without end; zero if there are none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Recorded<'a> {
     commands: &'a [(u64, Angle)],
 }

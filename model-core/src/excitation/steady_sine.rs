@@ -17,7 +17,7 @@ crate::parameters! {
 }
 
 /// A sine that starts with phase zero at tick 0 and never ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct SteadySine {
     /// Amplitude.
     pub amplitude: Angle,

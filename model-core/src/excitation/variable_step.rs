@@ -41,7 +41,7 @@ pub const LEVELS: [Angle; 14] = {
 /// };
 /// assert_eq!([0, 4, 5, 99].map(|i| stairs.command(i).to_f64()), [1.5, 1.5, -3.0, -3.0]);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct VariableStep<'a> {
     /// The levels; the command is zero if there are none.
     pub levels: &'a [Angle],

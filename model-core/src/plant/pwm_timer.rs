@@ -99,7 +99,7 @@ impl CurrentInstant {
 }
 
 /// On time of the bridge in counts of the timer, with the sign of the voltage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct PwmCompare(i32);
 

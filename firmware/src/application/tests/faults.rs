@@ -86,14 +86,14 @@ fn prepared(fault: Fault) -> TestBoard {
             board.command = None;
         }
         Fault::FollowingError => {
-            board.application.set_ripple(smooth());
+            board.application.set_ripple(&smooth());
             board.command = Some(angle(30.0));
         }
         Fault::CurrentImplausible => board.command = Some(angle(9.0)),
-        Fault::Overload => board.application.set_ripple(smooth()),
+        Fault::Overload => board.application.set_ripple(&smooth()),
         // The controller pulls, within the window of the following error.
         Fault::Stall => {
-            board.application.set_ripple(smooth());
+            board.application.set_ripple(&smooth());
             board.command = Some(angle(5.0));
         }
         _ => {}

@@ -120,12 +120,7 @@ impl TestBoard {
         let mut board = Self {
             application: Application::new(parameters),
             motor: Motor::new(),
-            outputs: Outputs {
-                bridge: Bridge::Coast,
-                state: BoardState::Initialising,
-                fault: None,
-                telemetry: Telemetry::default(),
-            },
+            outputs: Outputs::default(),
             command: None,
         };
         board.step();

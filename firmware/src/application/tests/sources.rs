@@ -120,31 +120,6 @@ fn an_excitation_is_added_to_the_command_and_ends_where_it_began() {
 }
 
 #[test]
-fn an_excitation_that_was_not_started_is_a_fault_and_moves_nothing() {
-    let mut board = TestBoard::enabled();
-    board.command = Some(angle(10.0));
-    board.steps(300);
-    let step = Multistep::try_doublet(&DoubletParameters {
-        amplitude_deg: 20.0,
-        start_s: 0.0,
-        unit_s: 0.1,
-    });
-    let run = Run::new(Excitation::Multistep(step.unwrap()), 2);
-    board.application.setpoints.corrupt(run);
-    let outputs = board.step();
-    assert_eq!(outputs.fault, Some(Fault::DataCorrupt));
-    assert_eq!(outputs.bridge, Bridge::Brake);
-    // The angle where it is: a count is 0.35 deg.
-    assert!((outputs.telemetry.command - angle(10.0)).abs() < angle(0.36));
-    // The memory is right again.
-    board.step();
-    board.request(Request::Acknowledge);
-    board.request(Request::Enable);
-    assert_eq!(board.step().state, BoardState::Enabled);
-    assert_eq!(board.outputs.telemetry.source, CommandSource::Bus);
-}
-
-#[test]
 fn an_excitation_that_is_ended_leaves_the_command_where_it_is() {
     let mut board = TestBoard::enabled();
     let chirp = Chirp::try_linear(&Default::default()).unwrap();
@@ -182,8 +157,6 @@ fn samples_that_were_computed_elsewhere_make_the_same_commands() {
     let chirp = Chirp::try_linear(&chirp).unwrap();
     let run = Run::new(Excitation::Chirp(chirp), 2);
     let alone = commands(run, |_, _| {});
-    let prepared = commands(run, |application, _| application.prepare());
-    assert_eq!(prepared, alone);
     let offered = commands(run, |application, period| {
         let Some(tick) = application.sample_due() else {
             return;
@@ -207,7 +180,7 @@ fn samples_that_were_computed_elsewhere_make_the_same_commands() {
 }
 
 #[test]
-fn the_sample_of_the_next_control_period_is_due_until_it_is_prepared() {
+fn the_sample_of_the_next_control_period_is_due_until_it_is_taken() {
     let chirp = Chirp::try_linear(&Default::default()).unwrap();
     let mut board = TestBoard::enabled();
     let run = Run::new(Excitation::Chirp(chirp), 1);
@@ -215,7 +188,7 @@ fn the_sample_of_the_next_control_period_is_due_until_it_is_prepared() {
     board.step();
     // 4 ms in steps of 1/20,000 s.
     assert_eq!(board.application.sample_due(), Some(80));
-    board.application.prepare();
+    board.application.take_sample(run.sample(80));
     assert_eq!(board.application.sample_due(), None);
 }
 

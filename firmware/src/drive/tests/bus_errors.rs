@@ -10,7 +10,7 @@ fn an_error_passive_bus_is_reported_once() {
     bench.received.clear();
     for _ in 0..5 {
         bench.step_with(|samples| samples.bus = BusState::Passive);
-        bench.device.communicate(bench.now_us + 1000);
+        bench.actuator.communicate(bench.now_us + 1000);
         bench.listen();
     }
     assert_eq!(bench.emergencies(), [(0x8120, 0)]);
@@ -21,7 +21,7 @@ fn lost_frames_are_reported_once_until_none_is_lost_for_a_second() {
     let mut bench = Bench::new();
     bench.received.clear();
     for lost in [1, 2, 2, 3, 3, 3, 4] {
-        bench.device.drive.diagnostics.receive_overflows = lost;
+        bench.actuator.device.drive.diagnostics.receive_overflows = lost;
         bench.step();
     }
     assert_eq!(bench.emergencies(), [(0x8110, 0)]);
@@ -29,7 +29,7 @@ fn lost_frames_are_reported_once_until_none_is_lost_for_a_second() {
     assert_eq!(bench.emergencies().len(), 1);
     bench.steps(2);
     assert_eq!(bench.emergencies(), [(0x8110, 0), (0, 0)]);
-    bench.device.drive.diagnostics.receive_overflows = 5;
+    bench.actuator.device.drive.diagnostics.receive_overflows = 5;
     bench.step();
     assert_eq!(bench.emergencies().len(), 3, "reported again");
 }
@@ -99,7 +99,7 @@ fn only_a_corrupt_program_remains_a_fault_after_a_reset_of_the_node() {
     let mut bench = Bench::after(start);
     for is_first in [true, false] {
         bench.steps(20);
-        let latched = bench.device.drive.application().telemetry().latched;
+        let latched = bench.actuator.device.drive.outputs().telemetry.latched;
         assert!(latched.contains(Fault::ProgramCorrupt));
         assert_eq!(latched.contains(Fault::DataCorrupt), is_first);
         bench.send(0, &[0x81, 0]);

@@ -101,7 +101,7 @@ fn the_loss_of_the_master_ends_an_excitation() {
             bench.send(0x764, &[5]);
             bench.steps(2);
             let is_exciting = |bench: &Bench| {
-                bench.device.drive.application().telemetry().source == CommandSource::Excitation
+                bench.actuator.device.drive.outputs().telemetry.source == CommandSource::Excitation
             };
             assert!(is_exciting(&bench));
             if stop {
@@ -110,7 +110,7 @@ fn the_loss_of_the_master_ends_an_excitation() {
             bench.steps(15);
             assert!(!is_exciting(&bench), "action {action}");
             bench.steps(100);
-            let is_fault = bench.device.drive.statusword() & 0x4F == 0x08;
+            let is_fault = bench.actuator.device.drive.outputs().motion.status & 0x4F == 0x08;
             assert_eq!(is_fault, action == 1);
         }
     }
@@ -166,14 +166,23 @@ fn a_reset_of_the_communication_stops_a_moving_drive() {
         bench.steps(10);
         bench.send(0, &[130, 1]);
         // In the fault reaction, then in the state "fault".
-        let reacts = |bench: &mut Bench| bench.device.drive.statusword() & 0x48 == 0x08;
+        let reacts =
+            |bench: &mut Bench| bench.actuator.device.drive.outputs().motion.status & 0x48 == 0x08;
         let periods = bench.until(60, reacts);
         assert!(
             periods < 20,
             "mode {mode}: {periods}, before the timeout of commands"
         );
-        bench.until(100, |bench| bench.device.drive.statusword() & 0x4F == 0x08);
-        let rate = bench.device.drive.application().velocity_mdeg_s();
+        bench.until(100, |bench| {
+            bench.actuator.device.drive.outputs().motion.status & 0x4F == 0x08
+        });
+        let rate = bench
+            .actuator
+            .device
+            .drive
+            .outputs()
+            .telemetry
+            .velocity_mdeg_s;
         assert!(rate.abs() <= 3_000, "mode {mode}: {rate} mdeg/s");
     }
 }

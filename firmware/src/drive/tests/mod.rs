@@ -3,7 +3,6 @@
 extern crate std;
 
 mod bus_errors;
-mod control;
 mod enabling;
 mod failsafe;
 mod limits;
@@ -20,11 +19,14 @@ use embedded_can::{Frame, StandardId};
 use std::{boxed::Box, vec::Vec};
 
 use super::*;
-use crate::application::tests::Motor;
+use crate::{
+    actuator::Actuator,
+    application::{Samples, tests::Motor},
+};
 
 /// A device with node-ID 1, its motor, and a master that receives every frame.
 struct Bench {
-    device: Device<'static>,
+    actuator: Actuator<'static>,
     motor: Motor,
     outputs: Option<Outputs>,
     now_us: u64,
@@ -66,7 +68,7 @@ impl Bench {
     fn started(set: StoredParameters, start: Start) -> Self {
         let buffer = Box::leak(Box::new([0; 4000]));
         let mut bench = Self {
-            device: Device::new(set, start, buffer, 0),
+            actuator: Actuator::new(set, start, buffer, 0),
             motor: Motor::new(),
             outputs: None,
             now_us: 0,
@@ -111,12 +113,12 @@ impl Bench {
     }
 
     fn send(&mut self, id: u16, data: &[u8]) {
-        self.device.receive(&frame(id, data), self.now_us);
+        self.actuator.receive(&frame(id, data), self.now_us);
         self.listen();
     }
 
     fn listen(&mut self) {
-        while let Some(frame) = self.device.transmit() {
+        while let Some(frame) = self.actuator.transmit() {
             self.received.push(frame);
         }
     }
@@ -137,7 +139,7 @@ impl Bench {
         let mut samples = self.motor.samples();
         hand(&mut samples);
         self.now_us += 4_000;
-        let outputs = self.device.step(&samples, self.now_us);
+        let outputs = self.actuator.step(&samples, self.now_us);
         self.motor.turn(&outputs);
         self.write_flash();
         self.listen();
@@ -146,12 +148,15 @@ impl Bench {
     }
 
     fn write_flash(&mut self) {
-        if self.device.drive.take_save().is_some() {
+        if self.actuator.device.drive.take_save().is_some() {
             self.writing = Some(self.writes_for);
         }
         self.writing = match self.writing {
             Some(0) => {
-                self.device.drive.saved(self.flash == Flash::Succeeds);
+                self.actuator
+                    .device
+                    .drive
+                    .saved(self.flash == Flash::Succeeds);
                 None
             }
             left => left.map(|left| left - 1),

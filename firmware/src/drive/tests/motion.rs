@@ -67,7 +67,7 @@ fn power_follows_the_states() {
     bench.control(6);
     bench.control(7);
     assert_eq!(
-        bench.device.drive.application().state(),
+        bench.actuator.device.drive.outputs().state,
         BoardState::Disabled
     );
     bench.control(15);
@@ -270,14 +270,26 @@ fn stopped(stop: impl Fn(&mut Bench)) -> (i32, i32) {
     bench.steps(400);
     bench.cyclic = Some((15, 55_000));
     bench.steps(60);
-    let rate = bench.device.drive.application().velocity_mdeg_s();
+    let rate = bench
+        .actuator
+        .device
+        .drive
+        .outputs()
+        .telemetry
+        .velocity_mdeg_s;
     assert!(rate > 150_000, "{rate}");
     let from = bench.angle_mdeg();
     stop(&mut bench);
     bench.until(300, |bench| {
-        !bench.device.drive.application().state().is_driving()
+        !bench.actuator.device.drive.outputs().state.is_driving()
     });
-    let rate = bench.device.drive.application().velocity_mdeg_s();
+    let rate = bench
+        .actuator
+        .device
+        .drive
+        .outputs()
+        .telemetry
+        .velocity_mdeg_s;
     (bench.angle_mdeg() - from, rate)
 }
 
@@ -316,13 +328,20 @@ fn every_stop_on_the_way_to_a_far_target_brakes_the_shaft() {
 }
 
 #[test]
-fn a_fault_of_the_drive_itself_decelerates_a_driven_motor_before_it_is_free() {
-    let mut bench = Bench::enabled(3);
+fn a_fault_of_the_commands_decelerates_a_driven_motor_before_it_is_free() {
+    let mut bench = Bench::new();
+    bench.set(0x2040, 2, 1, 1);
+    bench.set(0x6060, 0, 3, 1);
+    bench.enable();
     bench.set(0x60FF, 0, 100_000, 4);
     bench.steps(60);
-    bench.device.drive.own.put(Fault::LoopOverrun, true);
+    // NMT stop: the master is lost.
+    bench.send(0, &[2, 1]);
     bench.until(200, |bench| bench.step().bridge == Bridge::Coast);
-    assert_eq!(bench.status() & 0x4F, 0x08, "fault");
+    let outputs = *bench.actuator.device.drive.outputs();
+    assert_eq!(outputs.fault, Some(Fault::CommandTimeout));
+    assert_eq!(outputs.motion.status & 0x4F, 0x08, "fault");
+    bench.send(0, &[1, 1]);
     let angle = bench.angle_mdeg();
     bench.steps(25);
     // One count of the encoder.

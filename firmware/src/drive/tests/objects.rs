@@ -142,9 +142,9 @@ fn gains_change_while_enabled_and_protection_limits_and_identity_do_not() {
     bench.set(0x2100, 8, 1_500, 4);
     assert_eq!(
         bench
+            .actuator
             .device
             .drive
-            .application()
             .parameters()
             .current
             .over_current_ma,
@@ -253,7 +253,7 @@ fn the_model_follows_its_motor_and_has_a_residual_with_another_motor() {
         let mut worst = 0.0_f32;
         for _ in 0..80 {
             bench.step();
-            worst = worst.max(bench.device.drive.model.residual_deg().abs());
+            worst = worst.max(bench.actuator.device.drive.model.residual_deg().abs());
         }
         bench.control(0x0F);
         bench.set(0x607A, 0, 0, 4);
@@ -290,9 +290,9 @@ proptest! {
             }
             bench.step();
         }
-        let drive = &bench.device.drive;
-        prop_assert_eq!(drive.application().parameters().check(), Ok(()));
-        let (low, high) = drive.control.axis_parameters.position_limits.expect("limits");
+        let drive = &bench.actuator.device.drive;
+        prop_assert_eq!(drive.parameters().check(), Ok(()));
+        let (low, high) = drive.messages.parameters.unverified().axis.position_limits.expect("limits");
         prop_assert!(low <= high);
     }
 }

@@ -91,14 +91,14 @@ fn lss_stores_node_id_and_bit_rate_and_a_restore_keeps_them() {
     bench.send(0x7E5, &[0x13, 0, 2, 0, 0, 0, 0, 0]);
     lss_store(&mut bench, 0);
     bench.set(0x1011, 1, LOAD, 4);
-    let bus = bench.device.drive.store.stored().board.bus;
+    let bus = bench.actuator.device.drive.store.stored().board.bus;
     assert_eq!((bus.node_id, bus.bit_rate_kbit_s), (42, 500));
     bench.send(0x7E5, &[0x13, 0, 1, 0, 0, 0, 0, 0]);
     let refused = frame(0x7E4, &[0x13, 1, 0, 0, 0, 0, 0, 0]);
     assert!(bench.received.contains(&refused), "800 kbit/s");
     bench.send(0x7E5, &[0x15, 10, 0, 0, 0, 0, 0, 0]);
     bench.steps(10);
-    assert_eq!(bench.device.drive.take_bit_rate(), Some(500));
+    assert_eq!(bench.actuator.device.drive.take_bit_rate(), Some(500));
 }
 
 #[test]
@@ -167,7 +167,7 @@ fn simultaneous_saves_of_lss_and_sdo_both_succeed() {
             .count()
     };
     assert_eq!((count(0x7E4), count(0x581)), (1, 1));
-    let stored = &bench.device.drive.store;
+    let stored = &bench.actuator.device.drive.store;
     let heartbeat_ms = stored
         .stored()
         .communication(canopen::dictionary::Address::new(0x1017, 0));
@@ -200,7 +200,7 @@ fn a_save_keeps_the_node_id_that_lss_stored() {
     bench.steps(5);
     assert_eq!((bench.get(0x2102, 1), bench.get(0x2102, 2)), (42, 500));
     bench.set(0x1010, 1, SAVE, 4);
-    let bus = bench.device.drive.store.stored().board.bus;
+    let bus = bench.actuator.device.drive.store.stored().board.bus;
     assert_eq!((bus.node_id, bus.bit_rate_kbit_s), (42, 500));
 }
 
@@ -210,10 +210,10 @@ fn stored_identifiers_follow_the_node_id_unless_they_were_changed() {
     bench.set(0x1401, 1, 0x8000_0301, 4);
     bench.set(0x1401, 1, 0x355, 4);
     bench.set(0x1010, 1, SAVE, 4);
-    let mut set = *bench.device.drive.store.stored();
+    let mut set = *bench.actuator.device.drive.store.stored();
     set.board.bus.node_id = 2;
     let buffer = Box::leak(Box::new([0; 80]));
-    let mut device = Device::new(set, Start::default(), buffer, 0);
+    let mut device = Device::new(set, buffer, 0);
     let _boot_up = device.transmit::<CanFrame>();
     let mut read = |index: u16, sub| {
         let [low, high] = index.to_le_bytes();
@@ -236,14 +236,20 @@ fn an_enabled_drive_keeps_its_identity_against_lss() {
     bench.set(0x6060, 0, 1, 1);
     bench.enable();
     lss_store(&mut bench, 2);
-    assert_eq!(bench.device.drive.store.stored().board.bus.node_id, 1);
+    assert_eq!(
+        bench.actuator.device.drive.store.stored().board.bus.node_id,
+        1
+    );
     // While it is enabled.
     let mut bench = Bench::enabled(1);
     lss_node_id(&mut bench, 42);
     let refused = frame(0x7E4, &[0x11, 255, 0, 0, 0, 0, 0, 0]);
     assert!(bench.received.contains(&refused));
     lss_store(&mut bench, 0);
-    assert_eq!(bench.device.drive.store.stored().board.bus.node_id, 1);
+    assert_eq!(
+        bench.actuator.device.drive.store.stored().board.bus.node_id,
+        1
+    );
 }
 
 /// Records which communication parameters the server stores by 1010h.

@@ -25,7 +25,7 @@ fn slots(is_confirmed: bool) -> Slots {
 
 fn bench(is_confirmed: bool) -> Bench {
     let mut bench = Bench::new();
-    bench.device.drive.set_slots(slots(is_confirmed));
+    bench.actuator.device.drive.set_slots(slots(is_confirmed));
     bench
 }
 
@@ -73,7 +73,7 @@ impl Bench {
 
     /// Takes the image from the drive as the program of the board does.
     fn stage(&mut self, result: Result<(), StageError>) -> Vec<u8> {
-        let drive = &mut self.device.drive;
+        let drive = &mut self.actuator.device.drive;
         let Some(UpdateOrder::Stage { buffer, length }) = drive.take_update() else {
             panic!("no image");
         };
@@ -91,7 +91,7 @@ impl Bench {
     fn restarts_within(&mut self, calls: u32) -> bool {
         (0..calls).any(|_| {
             self.step();
-            self.device.drive.step_update()
+            self.actuator.device.drive.step_update()
         })
     }
 }
@@ -110,10 +110,10 @@ fn an_image_is_staged_while_the_drive_is_enabled_and_installed_without_power() {
     bench.control(0);
     bench.steps(10);
     bench.install().expect("without power, at rest");
-    let order = bench.device.drive.take_update();
+    let order = bench.actuator.device.drive.take_update();
     let identity = header(6).identity();
     assert!(matches!(order, Some(UpdateOrder::Install(image)) if image == identity));
-    bench.device.drive.requested(true);
+    bench.actuator.device.drive.requested(true);
     // Enabled again: the restart waits for the end of it.
     bench.enable();
     bench.cyclic = Some((15, 0));
@@ -153,10 +153,10 @@ fn a_download_and_a_recording_do_not_share_the_buffer() {
     bench.set(0x2030, 1, 0, 1);
     assert_eq!(bench.load(&image(&header(6))), Ok(()));
     bench.set(0x2030, 1, 1, 1);
-    assert_eq!(bench.device.drive.capture.capacity(), 0);
+    assert_eq!(bench.actuator.device.drive.capture.capacity(), 0);
     bench.stage(Ok(()));
     bench.set(0x2030, 1, 1, 1);
-    assert!(bench.device.drive.capture.capacity() > 0);
+    assert!(bench.actuator.device.drive.capture.capacity() > 0);
 }
 
 #[test]
@@ -245,13 +245,13 @@ fn an_image_that_was_staged_before_a_loss_of_power_is_installed_without_a_downlo
         identity: 4711,
         bytes: 600,
     };
-    bench.device.drive.set_slots(Slots {
+    bench.actuator.device.drive.set_slots(Slots {
         staged: Some(staged),
         ..slots(true)
     });
     assert_eq!(bench.kept(), (4711, 600));
     assert_eq!(bench.install(), Ok(()));
-    let order = bench.device.drive.take_update();
+    let order = bench.actuator.device.drive.take_update();
     assert!(matches!(order, Some(UpdateOrder::Install(4711))));
 }
 
@@ -268,11 +268,11 @@ fn an_image_on_trial_confirms_itself_after_a_second_and_takes_no_other_before() 
     assert_eq!(bench.get(0x1f57, 1), 1 << 24);
     assert_eq!(bench.load(&image(&header(6))), Err(DEVICE_STATE));
     assert!(!bench.restarts_within(200));
-    assert!(bench.device.drive.take_update().is_none());
+    assert!(bench.actuator.device.drive.take_update().is_none());
     assert!(!bench.restarts_within(100));
-    let order = bench.device.drive.take_update();
+    let order = bench.actuator.device.drive.take_update();
     assert!(matches!(order, Some(UpdateOrder::Confirm(Version(5)))));
-    bench.device.drive.confirmed(true);
+    bench.actuator.device.drive.confirmed(true);
     assert_eq!(bench.get(0x1f57, 1), (Outcome::Confirmed as u32) << 16);
     assert_eq!(bench.load(&image(&header(6))), Ok(()));
 }
@@ -282,7 +282,7 @@ fn an_image_on_trial_without_an_encoder_restarts_the_board() {
     let mut bench = bench(false);
     for _ in 0..300 {
         bench.step_with(|samples| samples.encoder = None);
-        if bench.device.drive.step_update() {
+        if bench.actuator.device.drive.step_update() {
             return;
         }
     }

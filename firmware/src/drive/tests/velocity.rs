@@ -6,7 +6,7 @@ use super::*;
 fn bits(bench: &mut Bench, bit: u16, periods: u32) -> Vec<bool> {
     let steps = (0..periods).map(|_| {
         bench.step();
-        bench.device.drive.statusword() & bit != 0
+        bench.actuator.device.drive.outputs().motion.status & bit != 0
     });
     steps.collect()
 }

@@ -11,7 +11,7 @@
 //! | 1 | a fault, with the reaction configured in 605Eh |
 //! | 2 | the shaft moves to 2040h:3 at the rate of 2040h:4, and holds there |
 
-use super::{Drive, limits::PERIOD_US};
+use super::{Loop, PERIOD_US};
 use crate::{
     application::{CommandSource, Request},
     timing::periods,
@@ -61,12 +61,12 @@ pub(super) enum Reaction {
     Go(i32),
 }
 
-impl Drive<'_> {
+impl Loop {
     /// Supervises the master for one control period.
     pub(super) fn fail_safe(&mut self) -> Reaction {
-        let is_enabled = self.control.axis.state() == Cia402State::OperationEnabled;
-        let is_cyclic = matches!(self.commands.mode, 8 | 9);
-        let is_bus = self.application().selected_source() == CommandSource::Bus;
+        let is_enabled = self.axis.state() == Cia402State::OperationEnabled;
+        let is_cyclic = self.command.mode.is_cyclic();
+        let is_bus = self.application.selected_source() == CommandSource::Bus;
         if !is_cyclic || !is_enabled || !is_bus {
             self.failsafe.silent = 0;
         }
@@ -74,7 +74,7 @@ impl Drive<'_> {
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;
         }
-        let timeout_ms = self.application().parameters().command.command_timeout_ms;
+        let timeout_ms = self.application.parameters().command.command_timeout_ms;
         // An excitation needs no commands; after it the timeout starts again.
         let is_exciting = !self.is_commanded();
         self.failsafe.silent = if is_cyclic && !is_exciting {
@@ -90,9 +90,9 @@ impl Drive<'_> {
         if is_exciting {
             // The excitation ends with each reaction; the request is refused if it has already
             // ended.
-            let _ = self.control.application.request(Request::StopExcitation);
+            let _ = self.application.request(Request::StopExcitation);
         }
-        match self.values.failsafe.failsafe_action {
+        match self.failsafe_settings.failsafe_action {
             1 => Reaction::Fail,
             2 => Reaction::Go(self.retreat()),
             _ => Reaction::Hold,
@@ -101,8 +101,8 @@ impl Drive<'_> {
 
     /// The next target angle of the motion to the failsafe position, mdeg.
     fn retreat(&mut self) -> i32 {
-        let wanted = self.values.failsafe.failsafe_position_mdeg;
-        let rate = self.application().parameters().command.approach_rate_deg_s;
+        let wanted = self.failsafe_settings.failsafe_position_mdeg;
+        let rate = self.application.parameters().command.approach_rate_deg_s;
         // mdeg per control period: at most 2000 times 4.
         let step = rate.saturating_mul(PERIOD_US as i32 / 1000);
         let from = self

@@ -1,0 +1,144 @@
+//! Messages between the control loop and the communication, with check values.
+//!
+//! The check value covers every field that the message's [`Hash`] covers: each word is added
+//! without carry to the sum rotated by five bits, so a change within one word always changes the
+//! sum.
+
+use core::hash::{Hash, Hasher};
+
+/// A message with its check value.
+///
+/// ```
+/// use firmware::check_value::Checked;
+///
+/// let mut message = Checked::new(7_u32);
+/// assert_eq!(message.get(), Some(&7));
+/// assert!(message.update(|value| *value = 8));
+/// assert_eq!(message.get(), Some(&8));
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Checked<T> {
+    value: T,
+    check: u32,
+}
+
+impl<T: Hash> Checked<T> {
+    /// A message with the check value of its present content.
+    pub fn new(value: T) -> Self {
+        let check = check_value(&value);
+        Self { value, check }
+    }
+
+    /// The content, unless it differs from its check value.
+    pub fn get(&self) -> Option<&T> {
+        (check_value(&self.value) == self.check).then_some(&self.value)
+    }
+
+    /// The content, without comparing it with its check value: for displays.
+    pub fn unverified(&self) -> &T {
+        &self.value
+    }
+
+    /// Changes the content. Returns false, without a change, if the content differs from its check
+    /// value: the check value never becomes valid for corrupt content.
+    pub fn update(&mut self, change: impl FnOnce(&mut T)) -> bool {
+        let is_intact = self.get().is_some();
+        if is_intact {
+            change(&mut self.value);
+            self.check = check_value(&self.value);
+        }
+        is_intact
+    }
+}
+
+/// The check value of a message.
+pub fn check_value(message: &impl Hash) -> u32 {
+    let mut sum = Sum(!0);
+    message.hash(&mut sum);
+    sum.0
+}
+
+/// The sum of words.
+struct Sum(u32);
+
+impl Sum {
+    #[inline]
+    fn add(&mut self, word: u32) {
+        self.0 = self.0.rotate_left(5) ^ word;
+    }
+}
+
+impl Hasher for Sum {
+    fn finish(&self) -> u64 {
+        self.0.into()
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.add(u32::from(*byte));
+        }
+    }
+
+    #[inline]
+    fn write_u8(&mut self, value: u8) {
+        self.add(value.into());
+    }
+
+    #[inline]
+    fn write_u16(&mut self, value: u16) {
+        self.add(value.into());
+    }
+
+    #[inline]
+    fn write_u32(&mut self, value: u32) {
+        self.add(value);
+    }
+
+    #[inline]
+    fn write_u64(&mut self, value: u64) {
+        self.add(value as u32);
+        self.add((value >> 32) as u32);
+    }
+
+    /// Lengths and discriminants, which fit a word.
+    #[inline]
+    fn write_usize(&mut self, value: usize) {
+        self.add(value as u32);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{control_loop::LoopParameters, drive::StoredParameters};
+
+    #[test]
+    fn every_changed_bit_of_a_word_is_detected_and_is_not_updated() {
+        for (word, bit) in (0..8).flat_map(|word| (0..32).map(move |bit| (word, bit))) {
+            let mut message = Checked::new([0x5a5a_1234_u32; 8]);
+            message.value[word] ^= 1 << bit;
+            assert_eq!(message.get(), None);
+            assert!(!message.update(|value| value[word] ^= 1 << bit));
+        }
+    }
+
+    #[test]
+    fn the_order_of_words_counts() {
+        assert_ne!(check_value(&[1_u32, 2]), check_value(&[2_u32, 1]));
+    }
+
+    #[test]
+    fn each_parameter_of_the_loop_is_covered() {
+        let parameters = LoopParameters::of(&StoredParameters::DEFAULT);
+        let check = check_value(&parameters);
+        let mut other = parameters.clone();
+        other.axis.max_velocity ^= 1;
+        assert_ne!(check_value(&other), check);
+        other = parameters.clone();
+        other.board.stop.brake_faults ^= 1;
+        assert_ne!(check_value(&other), check);
+        other = parameters.clone();
+        other.failsafe.failsafe_position_mdeg ^= 1;
+        assert_ne!(check_value(&other), check);
+    }
+}

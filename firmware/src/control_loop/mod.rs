@@ -1,0 +1,248 @@
+//! The control loop of an actuator: everything that decides what the shaft does.
+//!
+//! ```text
+//!                  samples, commands, parameters
+//!                               │
+//!   Loop::step ── axis           profiles, modes, limits of position and velocity
+//!              ── failsafe       reaction to the loss of the master
+//!              ── application    operating states, protections, cascade, stops
+//!                               │
+//!                    state of the bridge, telemetry
+//! ```
+//!
+//! [`Loop::step`] is a pure function of its state and its inputs: it knows no bus, no object
+//! dictionary, no store and no clock. Front ends (CANopen, servo pulse) post [`Commands`],
+//! [`LoopParameters`] and [`ExcitationRequest`]s; the loop applies what is new between two control
+//! periods and reports in [`Outputs`] what it has taken.
+
+pub(crate) mod axis_parameters;
+mod commands;
+mod failsafe;
+mod motion;
+mod parameters;
+
+use canopen::cia402::{Axis, Parameters as AxisParameters};
+
+use self::failsafe::Failsafe;
+pub use self::{
+    commands::{Command, Commands, ExcitationRequest, Numbered},
+    parameters::LoopParameters,
+};
+use crate::{
+    application::{Application, BoardState, CommandSource, Outputs, Request, Samples, Start},
+    faults::FaultSet,
+    interface::{Motion, Taken},
+    parameters::FailsafeSettings,
+};
+
+/// Length of a control period, us.
+pub(crate) const PERIOD_US: u32 = axis_parameters::PERIOD_US;
+
+/// Inputs of a control period.
+#[derive(Debug, Clone, Copy)]
+pub struct Inputs<'a> {
+    /// The samples.
+    pub samples: &'a Samples,
+    /// The last step ended too late: its duty took effect one PWM period after it was due. That
+    /// counts as a missed control period, but no sample was lost.
+    pub was_late: bool,
+    /// The commands.
+    pub commands: &'a Commands,
+    /// The parameters.
+    pub parameters: &'a LoopParameters,
+    /// The excitation that was requested last.
+    pub excitation: &'a ExcitationRequest,
+}
+
+/// The control loop: its parameters and its state.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loop {
+    application: Application,
+    axis: Axis,
+    axis_parameters: AxisParameters,
+    failsafe_settings: FailsafeSettings,
+    /// The command of this control period.
+    command: Command,
+    motion: Motion,
+    failsafe: Failsafe,
+    /// Faults of commands, which the application does not detect: missing ones, and a refused
+    /// enable.
+    command_faults: FaultSet,
+    /// Control periods since the last servo pulse.
+    pulse_age: u16,
+    /// The circumstances that remain for a restart.
+    start: Start,
+    taken: Taken,
+}
+
+impl Loop {
+    /// A loop after a reset of any kind, which has taken the content of its mailboxes.
+    ///
+    /// ```
+    /// use firmware::application::{BoardState, Start};
+    /// use firmware::control_loop::{Commands, ExcitationRequest, Loop, LoopParameters};
+    /// use firmware::drive::StoredParameters;
+    ///
+    /// let parameters = LoopParameters::of(&StoredParameters::DEFAULT);
+    /// let mailboxes = (&Commands::DEFAULT, &parameters, &ExcitationRequest::NONE);
+    /// let control_loop = Loop::new(mailboxes, Start::default());
+    /// assert_eq!(control_loop.application().state(), BoardState::Initialising);
+    /// ```
+    pub fn new(
+        (commands, parameters, excitation): (&Commands, &LoopParameters, &ExcitationRequest),
+        start: Start,
+    ) -> Self {
+        let ripple = parameters.ripple.clone();
+        Self {
+            application: Application::with_ripple(parameters.board, start, ripple),
+            axis: Axis::new(),
+            axis_parameters: parameters.axis,
+            failsafe_settings: parameters.failsafe,
+            command: *commands.newest(),
+            motion: Motion::default(),
+            failsafe: Failsafe::default(),
+            command_faults: FaultSet::EMPTY,
+            pulse_age: u16::MAX,
+            start: start.permanent(),
+            taken: Taken {
+                command: commands.number(),
+                parameters: parameters.number,
+                excitation: excitation.number,
+                source: commands.source.number,
+                network_loss: commands.network_loss.number,
+                restarts: commands.restarts,
+                sample_due: None,
+            },
+        }
+    }
+
+    /// Operating states, protections and cascade.
+    pub fn application(&self) -> &Application {
+        &self.application
+    }
+
+    /// What the loop has taken from its mailboxes.
+    pub fn taken(&self) -> &Taken {
+        &self.taken
+    }
+
+    /// One control period.
+    pub fn step(&mut self, inputs: &Inputs<'_>) -> Outputs {
+        self.take_messages(inputs);
+        self.take_requests(inputs.commands);
+        let (is_new_position, is_new_velocity) = self.take_command(inputs.commands);
+        self.pulse_age = match inputs.samples.servo_pulse_us {
+            Some(_) => 0,
+            None => self.pulse_age.saturating_add(1),
+        };
+        if inputs.was_late {
+            self.application.was_late();
+        }
+        self.acknowledge();
+        let demand = self.step_axis(is_new_position, is_new_velocity);
+        self.apply_demand(&demand);
+        let outputs = self.application.step(inputs.samples);
+        self.taken.sample_due = self.application.sample_due();
+        self.report(outputs)
+    }
+
+    /// Restarts, or takes a new set of parameters in the first control period whose state permits
+    /// its changes.
+    fn take_messages(&mut self, inputs: &Inputs<'_>) {
+        let Inputs {
+            commands,
+            parameters,
+            excitation,
+            ..
+        } = *inputs;
+        if commands.restarts != self.taken.restarts {
+            *self = Self::new((commands, parameters, excitation), self.start);
+            return;
+        }
+        if parameters.number != self.taken.parameters && self.apply(parameters) {
+            self.taken.parameters = parameters.number;
+        }
+        if excitation.number != self.taken.excitation {
+            self.taken.excitation = excitation.number;
+            match excitation.run {
+                // Refused while the loop is not closed.
+                Some(run) => _ = self.application.start_excitation(run),
+                None => _ = self.application.request(Request::StopExcitation),
+            }
+        }
+    }
+
+    /// Applies a set of parameters; returns false, without effect, if the state does not permit it.
+    fn apply(&mut self, parameters: &LoopParameters) -> bool {
+        let is_same = parameters.board == *self.application.parameters();
+        if !is_same && self.application.retune(&parameters.board).is_err() {
+            return false;
+        }
+        self.axis_parameters = parameters.axis;
+        self.failsafe_settings = parameters.failsafe;
+        self.application.set_ripple(&parameters.ripple);
+        true
+    }
+
+    fn take_requests(&mut self, commands: &Commands) {
+        if commands.source.number != self.taken.source {
+            self.taken.source = commands.source.number;
+            // Refused for an excitation, which is started instead.
+            let _ = (self.application).request(Request::Source(commands.source.value));
+        }
+        if commands.network_loss.number != self.taken.network_loss {
+            self.taken.network_loss = commands.network_loss.number;
+            self.failsafe.network(commands.network_loss.value);
+        }
+        let (excitation, sample) = commands.sample;
+        if excitation == self.taken.excitation {
+            self.application.take_sample(sample);
+        }
+    }
+
+    /// Takes the next command of the queue; returns whether targets of position and velocity were
+    /// written for it.
+    fn take_command(&mut self, commands: &Commands) -> (bool, bool) {
+        if self.taken.command != commands.number() {
+            self.taken.command = self.taken.command.wrapping_add(1);
+        }
+        let command = *commands.at(self.taken.command);
+        let before = core::mem::replace(&mut self.command, command);
+        let is_new_position = command.position_writes != before.position_writes;
+        let is_new_velocity = command.velocity_writes != before.velocity_writes;
+        if is_new_position || is_new_velocity {
+            self.failsafe.commanded();
+        }
+        (is_new_position, is_new_velocity)
+    }
+
+    fn report(&self, outputs: Outputs) -> Outputs {
+        let mut outputs = Outputs {
+            fault: outputs.fault.or(self.command_faults.first()),
+            motion: self.motion,
+            taken: self.taken,
+            ..outputs
+        };
+        let telemetry = &mut outputs.telemetry;
+        telemetry.latched = self.latched();
+        telemetry.pulse_age = self.pulse_age;
+        outputs
+    }
+
+    /// All latched faults, of the application and of the commands.
+    fn latched(&self) -> FaultSet {
+        self.application.faults().latched().or(self.command_faults)
+    }
+
+    /// Whether the commands of the mailbox are followed at present.
+    fn is_commanded(&self) -> bool {
+        // The axis takes over one period after the other source has ended: it starts from the
+        // command of that source.
+        self.application.source() == CommandSource::Bus
+            && self.application.telemetry().source == CommandSource::Bus
+    }
+
+    fn has_failed(&self) -> bool {
+        self.application.state() == BoardState::Fault
+    }
+}

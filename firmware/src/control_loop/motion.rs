@@ -1,0 +1,166 @@
+//! The axis and the application: demands one way, state and motion the other, once in each control
+//! period.
+
+use canopen::cia402::{self, Command, Demand, Input, Mode, Output, StopOption, controlword};
+
+use model_core::control::cascade::Setpoint;
+
+use super::{Loop, failsafe::Reaction};
+use crate::{
+    application::{BoardState, CommandSource, Refused, Request},
+    faults::{Fault, FaultSet},
+    timing::{angle_of_mdeg, rate_of_mdeg_s, thousandths},
+};
+
+/// Faults of the supply voltage.
+const VOLTAGE: FaultSet = FaultSet::of(&[Fault::UnderVoltage, Fault::OverVoltage]);
+
+impl Loop {
+    /// A rising edge of the fault reset acknowledges faults that are no longer present.
+    pub(super) fn acknowledge(&mut self) {
+        let resets = self.command.control & controlword::FAULT_RESET != 0;
+        let rises = resets && !self.motion.resets;
+        self.motion.resets = resets;
+        let present = self.application.telemetry().present;
+        if !rises || !present.and(self.latched()).is_empty() {
+            return;
+        }
+        if self.has_failed() {
+            // The state allows it.
+            let _ = self.application.request(Request::Acknowledge);
+        }
+        if self.application.state() != BoardState::FaultReaction && !self.command_faults.is_empty()
+        {
+            self.command_faults = FaultSet::EMPTY;
+            self.failsafe.begin_anew();
+        }
+    }
+
+    /// One period of the axis.
+    pub(super) fn step_axis(&mut self, is_new_position: bool, is_new_velocity: bool) -> Output {
+        if !self.is_commanded() {
+            // Start from the command while the loop is closed, so that taking over is no step.
+            let command = match self.application.state() {
+                BoardState::Enabled => self.application.telemetry().command,
+                _ => self.application.telemetry().angle,
+            };
+            // Only a stop starts from the rate.
+            let runs = Command::from_controlword(self.command.control) == Command::EnableOperation;
+            let rate_mdeg_s = if runs { 0 } else { self.rate_mdeg_s() };
+            self.axis.reset_demand(thousandths(command), rate_mdeg_s);
+        }
+        let input = self.input(is_new_position, is_new_velocity);
+        let output = self.axis.step(&input, &self.axis_parameters);
+        self.motion.state = output.state;
+        self.motion.status = output.statusword;
+        self.motion.mode = output.mode_display;
+        self.motion.following_error_mdeg = output.following_error;
+        self.motion.is_powered = output.demand != Demand::Off;
+        (self.motion.position_mdeg, self.motion.velocity_mdeg_s) = match output.demand {
+            Demand::Off => (self.angle_mdeg(), 0),
+            Demand::Position { position, velocity } => (position, velocity),
+            Demand::Velocity(velocity) => (self.angle_mdeg(), velocity),
+        };
+        output
+    }
+
+    fn input(&mut self, is_new_position: bool, is_new_velocity: bool) -> Input {
+        let mut input = Input {
+            controlword: self.command.control,
+            mode: self.command.mode,
+            target_position: self.command.target_position_mdeg,
+            target_velocity: self.command.target_velocity_mdeg_s,
+            velocity_offset: self.command.velocity_offset_mdeg_s,
+            is_new_position,
+            is_new_velocity,
+            position_actual: self.angle_mdeg(),
+            velocity_actual: self.application.velocity_mdeg_s(),
+            fault: self.fault(),
+            voltage: self.application.telemetry().present.and(VOLTAGE).is_empty(),
+            initialised: self.application.state() != BoardState::Initialising,
+        };
+        match self.fail_safe() {
+            Reaction::None => {}
+            Reaction::Fail => {
+                self.command_faults.put(Fault::CommandTimeout, true);
+                input.fault = self.fault();
+            }
+            Reaction::Hold => input.controlword |= controlword::HALT,
+            Reaction::Go(position_mdeg) => {
+                input.mode = Mode::CyclicPosition;
+                input.target_position = position_mdeg;
+                input.is_new_position = true;
+            }
+        }
+        input
+    }
+
+    fn fault(&self) -> cia402::Fault {
+        match self.application.state() {
+            BoardState::Fault => cia402::Fault::Immediate,
+            BoardState::FaultReaction => cia402::Fault::Controlled,
+            _ if self.command_faults.is_empty() => cia402::Fault::None,
+            // The application has no fault: it can decelerate the shaft.
+            state if state.is_driving() => cia402::Fault::Controlled,
+            _ => cia402::Fault::Immediate,
+        }
+    }
+
+    /// Requests from the application what the axis demands.
+    pub(super) fn apply_demand(&mut self, output: &Output) {
+        match output.demand {
+            Demand::Off => self.power_off(output.state),
+            Demand::Position { position, .. } => {
+                self.command(output.state, angle_of_mdeg(position).into());
+            }
+            Demand::Velocity(velocity) => {
+                self.command(output.state, rate_of_mdeg_s(velocity).into());
+            }
+        }
+    }
+
+    fn power_off(&mut self, state: cia402::Cia402State) {
+        // The application decelerates the shaft by itself, unless power must be removed at once.
+        let coasts = self.axis_parameters.options.fault_reaction == StopOption::Disable;
+        let reacts = self.application.state() == BoardState::FaultReaction
+            && state == cia402::Cia402State::Fault
+            && !coasts;
+        if self.application.state().is_driving() && !reacts {
+            let _ = self.application.request(Request::Disable);
+        }
+    }
+
+    fn command(&mut self, state: cia402::Cia402State, setpoint: Setpoint) {
+        let runs = state == cia402::Cia402State::OperationEnabled;
+        if runs
+            && matches!(
+                self.application.state(),
+                BoardState::Disabled | BoardState::QuickStop
+            )
+        {
+            match self.application.request(Request::Enable) {
+                Ok(()) => {}
+                Err(Refused::Blocked(fault)) => self.command_faults.put(fault, true),
+                // The state has changed meanwhile: the next period handles it.
+                Err(_) => {}
+            }
+        }
+        if self.is_commanded() {
+            let _ = self.application.request(Request::Command(setpoint));
+        } else if !runs && self.application.state() == BoardState::Enabled {
+            // A stop ends the commands of every other source.
+            let _ = match self.application.source() {
+                CommandSource::Excitation => self.application.request(Request::StopExcitation),
+                _ => self.application.request(Request::QuickStop),
+            };
+        }
+    }
+
+    pub(super) fn angle_mdeg(&self) -> i32 {
+        thousandths(self.application.telemetry().angle)
+    }
+
+    fn rate_mdeg_s(&self) -> i32 {
+        thousandths(self.application.telemetry().rate)
+    }
+}
