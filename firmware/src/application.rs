@@ -28,9 +28,9 @@ mod requests;
 mod stop_progress;
 mod stopping;
 
-use model_core::{
-    control::cascade::{CascadeState, CascadeStep, Setpoint},
-    plant::pwm_timer::{Modulator, PwmCompare},
+use model_core::control::{
+    cascade::{CascadeState, CascadeStep, Setpoint},
+    pwm_timer::{Modulator, PwmCompare},
 };
 
 pub use crate::interface::{

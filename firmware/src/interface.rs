@@ -6,9 +6,9 @@ use model_core::{
     control::{
         cascade::{ActiveLimits, Setpoint},
         encoder_word::{EncoderWord, Magnet},
+        pwm_timer::PwmCompare,
         units::{Angle, Percent, Rate},
     },
-    plant::pwm_timer::PwmCompare,
     sensors::adc::AdcCode,
 };
 

@@ -14,14 +14,12 @@ pub mod supply;
 pub mod temperature;
 pub mod timing;
 
-use model_core::{
-    control::{
-        cascade::Setpoint,
-        encoder_word::{EncoderCount, Magnet},
-        shaft_tracker::ShaftTracker,
-        units::{Angle, Percent, Rate},
-    },
-    plant::pwm_timer::PwmCompare,
+use model_core::control::{
+    cascade::Setpoint,
+    encoder_word::{EncoderCount, Magnet},
+    pwm_timer::PwmCompare,
+    shaft_tracker::ShaftTracker,
+    units::{Angle, Percent, Rate},
 };
 
 use self::{

@@ -18,10 +18,9 @@ case $part in
 control)
     package=model-core
     for file in rate_loop position_loop rate_estimate cascade shaft_tracker arithmetic encoder_word \
-        units scaled cascade/single_precision; do
+        units scaled pwm_timer cascade/single_precision; do
         add "model-core/src/control/$file.rs"
     done
-    add model-core/src/plant/pwm_timer.rs
     ;;
 application)
     package=firmware

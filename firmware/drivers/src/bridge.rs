@@ -5,7 +5,7 @@
 //! the trip is taken.
 
 pub use firmware::application::Bridge as Command;
-use model_core::plant::pwm_timer::CurrentInstant;
+use model_core::control::pwm_timer::CurrentInstant;
 
 /// An H-bridge.
 pub trait Bridge {
@@ -41,7 +41,7 @@ impl Compare {
     ///
     /// ```
     /// use drivers::bridge::{Command, Compare};
-    /// use model_core::{control::units::percent, plant::pwm_timer::Modulator};
+    /// use model_core::control::{pwm_timer::Modulator, units::percent};
     /// let compare = Modulator::default().next(percent(-10.0));
     /// let of_brake = Compare::of(Command::Brake);
     /// let compare = Compare::of(Command::Driven(compare));

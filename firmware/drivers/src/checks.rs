@@ -8,12 +8,10 @@ use embedded_can::{ExtendedId, Frame as _, Id, StandardId, nb::Can};
 use embedded_hal::delay::DelayNs;
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use firmware::store::{EDGES, Flash, Origin, Progress, Saver, Stored, load};
-use model_core::{
-    control::{
-        encoder_word::{COUNTS_PER_TURN, EncoderCount, EncoderWord},
-        units::{Percent, percent},
-    },
-    plant::pwm_timer::Modulator,
+use model_core::control::{
+    encoder_word::{COUNTS_PER_TURN, EncoderCount, EncoderWord},
+    pwm_timer::Modulator,
+    units::{Percent, percent},
 };
 
 use crate::{

@@ -17,7 +17,7 @@
 //! mean over a control period (stall at full duty).
 
 use model_core::{
-    plant::pwm_timer::{APERTURE_CYCLES, CurrentInstant, PWM_COUNTS, PwmCompare, TIMER_DIVIDER},
+    control::pwm_timer::{APERTURE_CYCLES, CurrentInstant, PWM_COUNTS, PwmCompare, TIMER_DIVIDER},
     time::PWM_RATE_HZ,
 };
 
@@ -91,7 +91,7 @@ impl Ripple {
     ///
     /// ```
     /// use firmware::measure::Ripple;
-    /// use model_core::{control::units::percent, plant::pwm_timer::Modulator};
+    /// use model_core::control::{pwm_timer::Modulator, units::percent};
     ///
     /// // 7.7 ohm, 1 mH: a stall at 20 % and 6 V reads 423 mA, and its mean is 155 mA.
     /// let compare = Modulator::default().next(percent(20.0));
@@ -161,11 +161,8 @@ fn factors_at(counts: u32, decay: f32) -> Factors {
 #[cfg(test)]
 mod tests {
     use model_core::{
-        control::units::percent,
-        plant::{
-            board::{BoardPlant, BoardPlantOptions, Bridge, Slot},
-            pwm_timer::Modulator,
-        },
+        control::{pwm_timer::Modulator, units::percent},
+        plant::board::{BoardPlant, BoardPlantOptions, Bridge, Slot},
     };
 
     use super::*;

@@ -5,13 +5,10 @@
 
 use crate::control::{
     cascade::{CascadeState, CascadeStep, Coefficients, Setpoint},
+    pwm_timer::{Modulator, PwmCompare},
     units::percent,
 };
-use crate::plant::{
-    Plant, bridge_duty_pct,
-    drivetrain::stepped::SteppedDrivetrain,
-    pwm_timer::{Modulator, PwmCompare},
-};
+use crate::plant::{Plant, bridge_duty_pct, drivetrain::stepped::SteppedDrivetrain};
 use crate::sensors::{encoder::Encoder, noise::Noise};
 use crate::time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS};
 

@@ -31,6 +31,7 @@ pub mod encoder_word;
 pub mod lanes;
 pub mod parameters;
 mod position_loop;
+pub mod pwm_timer;
 mod rate_estimate;
 mod rate_loop;
 mod scaled;

@@ -10,8 +10,8 @@ use super::{
     units::{Angle, Percent, Quantity, angle, percent, rate},
 };
 use crate::{
+    control::pwm_timer::{Modulator, PWM_COUNTS},
     parameter::Parameters,
-    plant::pwm_timer::{Modulator, PWM_COUNTS},
     time::CONTROL_PERIOD_S,
 };
 

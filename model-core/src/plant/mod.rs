@@ -9,7 +9,6 @@ pub mod board;
 pub mod drivetrain;
 pub mod first_order;
 pub mod lanes;
-pub mod pwm_timer;
 
 use crate::limits::within;
 use crate::named::named;

@@ -7,13 +7,11 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-use model_core::{
-    control::{
-        cascade::{CascadeState, CascadeStep, Coefficients, Setpoint},
-        encoder_word::{EncoderCount, EncoderError, EncoderReading, EncoderWord},
-        units::{Percent, Rate},
-    },
-    plant::pwm_timer::Modulator,
+use model_core::control::{
+    cascade::{CascadeState, CascadeStep, Coefficients, Setpoint},
+    encoder_word::{EncoderCount, EncoderError, EncoderReading, EncoderWord},
+    pwm_timer::Modulator,
+    units::{Percent, Rate},
 };
 
 /// The state of a start.

@@ -2,7 +2,7 @@
 
 use std::fmt::Debug;
 
-use model_core::plant::pwm_timer::CurrentInstant;
+use model_core::control::pwm_timer::CurrentInstant;
 use rigless::device::Level;
 use rigless::emulator::CoreSpec;
 use rigless::mcu::{Mcu, Operate};

@@ -1,6 +1,6 @@
 //! Instants at which the run stops for the plant: ahead of the end of each slot of a PWM period.
 
-use model_core::plant::pwm_timer::CurrentInstant;
+use model_core::control::pwm_timer::CurrentInstant;
 
 use crate::plant::Slot;
 

@@ -18,9 +18,9 @@ use model_core::{
         cascade::{CascadeState, Coefficients},
         encoder_word::{EncoderCount, EncoderWord, Magnet},
         parameters::ControlParameters,
+        pwm_timer::Modulator,
         units::Angle,
     },
-    plant::pwm_timer::Modulator,
     time::CONTROL_PERIOD_S,
 };
 // Links the interrupt vectors.

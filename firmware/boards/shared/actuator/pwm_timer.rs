@@ -7,7 +7,7 @@
 //! timer.
 
 use drivers::bridge::{Compare, PwmTimer};
-use model_core::plant::pwm_timer::{
+use model_core::control::pwm_timer::{
     BACK_EMF_INSTANT, CurrentInstant, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER, WINDOW_START,
 };
 

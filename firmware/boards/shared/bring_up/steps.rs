@@ -2,7 +2,7 @@
 
 use drivers::bridge::{Bridge as _, Command, PwmTimer as _};
 use firmware::bring_up::{DUTY, NOT_MEASURED, PATIENCE_MS, REPETITIONS, Step, Way};
-use model_core::{control::units::Percent, plant::pwm_timer::Modulator};
+use model_core::control::{pwm_timer::Modulator, units::Percent};
 
 use super::{
     bench::{Bench, PERIODS_PER_MS, Sample, Scan},

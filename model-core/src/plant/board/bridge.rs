@@ -1,6 +1,6 @@
 //! States of the bridge in a PWM period, and the terminal voltages that they cause.
 
-use crate::plant::pwm_timer::{CurrentInstant, TIMER_CLOCK_HZ, TIMER_DIVIDER};
+use crate::control::pwm_timer::{CurrentInstant, TIMER_CLOCK_HZ, TIMER_DIVIDER};
 use crate::time::PWM_RATE_HZ;
 
 /// Cycles of the timer's clock, 168 MHz, in a PWM period: 168,000 at 1 kHz.

@@ -10,8 +10,8 @@
 //! Then equal resistors hold the floating motor at half the supply, and the dividers' capacitors
 //! settle with [`LEG_SETTLING_S`].
 
+use crate::control::pwm_timer::{BACK_EMF_INSTANT, TIMER_DIVIDER, WINDOW_START};
 use crate::plant::drivetrain::electrical::ElectricalParameters;
-use crate::plant::pwm_timer::{BACK_EMF_INSTANT, TIMER_DIVIDER, WINDOW_START};
 use crate::sensors::dividers::LEG_SETTLING_S;
 
 use super::bridge::Connection;

@@ -19,9 +19,9 @@ mod supply;
 #[cfg(test)]
 mod tests;
 
+use crate::control::pwm_timer::CurrentInstant;
 use crate::parameter::ParameterError;
 use crate::plant::drivetrain::{Drivetrain, Reading, electrical::Terminal};
-use crate::plant::pwm_timer::CurrentInstant;
 use crate::sensors::dividers::{leg_code, temperature_code};
 use crate::sensors::noise::Noise;
 

@@ -1,6 +1,6 @@
 //! The pieces of a PWM period between which the board samples.
 
-use crate::plant::pwm_timer::{
+use crate::control::pwm_timer::{
     BACK_EMF_INSTANT, CurrentInstant, TIMER_CLOCK_HZ, TIMER_DIVIDER, WINDOW_START,
 };
 use crate::time::PWM_PERIOD_NS;

@@ -4,12 +4,12 @@
 //! (first-order noise shaping), so that the mean duty is exact and the shaft does not creep away
 //! from where a loop without quantisation would hold it.
 //!
-//! The control step decides duties and knows no counts. This module is part of the plant, as a
-//! model of the timer in front of the bridge: the firmware takes the type of its outputs from here
-//! and the simulations the duty that a compare value makes, so that both use one copy and the
-//! sequences of compare values are equal to the bit.
+//! The cascade decides duties and knows no counts. The firmware takes the type of its outputs from
+//! here, the simulations the duty that a compare value makes, and the model of the bridge the
+//! instants of a period: the sequences of compare values are equal to the bit.
 
-use crate::{control::units::Percent, time::PWM_RATE_HZ};
+use super::units::Percent;
+use crate::time::PWM_RATE_HZ;
 
 /// Clock of the timer's peripheral, Hz.
 pub const TIMER_CLOCK_HZ: u32 = 168_000_000;
@@ -70,7 +70,7 @@ impl CurrentInstant {
     /// The instant for an on time, counts.
     ///
     /// ```
-    /// use model_core::plant::pwm_timer::{COUNTS_PER_US, CurrentInstant};
+    /// use model_core::control::pwm_timer::{COUNTS_PER_US, CurrentInstant};
     /// assert_eq!(CurrentInstant::of_on_time(20_000).count(), 10_000);
     /// assert_eq!(CurrentInstant::of_on_time(0).count(), 10 * COUNTS_PER_US);
     /// ```
@@ -127,7 +127,7 @@ impl Modulator {
     /// The compare value for the next duty, which is within +-100 %: no duty limit is wider.
     ///
     /// ```
-    /// use model_core::{control::units::percent, plant::pwm_timer::Modulator};
+    /// use model_core::control::{pwm_timer::Modulator, units::percent};
     /// let mut modulator = Modulator::default();
     /// // 0.1 % are 56 counts, 0.0005 % are 0.28.
     /// assert_eq!([0; 4].map(|_| modulator.next(percent(0.1005)).get()), [56, 57, 56, 56]);
