@@ -16,7 +16,7 @@ const _: () = assert!(
 /// The PWM periods of a control period in which the calls of the CANopen device start: at the first
 /// edge after the control step, and so that the second call ends before the last PWM period, also
 /// if that is short.
-pub const CALL_PERIODS: [u32; 2] = {
+pub const COMMUNICATION_PERIODS: [u32; 2] = {
     let eighth = PWM_PERIODS_PER_CONTROL_PERIOD / 8;
     let first = if eighth == 0 { 1 } else { eighth };
     [first, PWM_PERIODS_PER_CONTROL_PERIOD / 2 - eighth]

@@ -40,21 +40,27 @@ pub trait Bus {
     /// all of it.
     fn begin(&mut self);
 
-    /// Releases the encoder. The bytes that were read since `begin`; `None` if the transfer failed
-    /// or has not ended.
-    fn end(&mut self) -> Option<[u8; BYTES]>;
+    /// Releases the encoder. Whether all bytes have been read since `begin`.
+    fn end(&mut self) -> bool;
+
+    /// The bytes of the last transfer that has ended.
+    fn bytes(&self) -> [u8; BYTES];
 }
 
 /// The encoder.
 #[derive(Debug)]
 pub struct As5045<B> {
     bus: B,
+    is_read: bool,
 }
 
 impl<B: Bus> As5045<B> {
     /// The encoder at this bus.
     pub const fn new(bus: B) -> Self {
-        Self { bus }
+        Self {
+            bus,
+            is_read: false,
+        }
     }
 
     /// Latches the angle and starts to read it.
@@ -63,10 +69,20 @@ impl<B: Bus> As5045<B> {
         self.bus.begin();
     }
 
-    /// The word that was read; `None` if the transfer is incomplete.
+    /// Ends the reading. The word that was read; `None` if the transfer is incomplete.
     #[inline]
     pub fn finish(&mut self) -> Option<EncoderWord> {
-        let [a, b, c] = self.bus.end()?;
+        self.is_read = self.bus.end();
+        self.word()
+    }
+
+    /// The word of the last [`As5045::finish`], from the bytes of the transfer.
+    #[inline]
+    pub fn word(&self) -> Option<EncoderWord> {
+        if !self.is_read {
+            return None;
+        }
+        let [a, b, c] = self.bus.bytes();
         let bits = u32::from_be_bytes([0, a, b, c]) >> TRAILING_BITS;
         Some(EncoderWord::new(bits))
     }
@@ -99,7 +115,8 @@ impl<B: Bus> As5045<B> {
 #[derive(Debug)]
 pub struct Blocking<S> {
     device: S,
-    received: Option<[u8; BYTES]>,
+    received: [u8; BYTES],
+    is_new: bool,
 }
 
 impl<S: SpiDevice> Blocking<S> {
@@ -107,7 +124,8 @@ impl<S: SpiDevice> Blocking<S> {
     pub const fn new(device: S) -> Self {
         Self {
             device,
-            received: None,
+            received: [0; BYTES],
+            is_new: false,
         }
     }
 
@@ -124,12 +142,16 @@ impl<S: SpiDevice> Bus for Blocking<S> {
             Operation::DelayNs(SELECT_NS),
             Operation::Read(bytes.as_mut_slice()),
         ];
-        let is_read = self.device.transaction(&mut operations).is_ok();
-        self.received = is_read.then_some(bytes);
+        self.is_new = self.device.transaction(&mut operations).is_ok();
+        self.received = bytes;
     }
 
-    fn end(&mut self) -> Option<[u8; BYTES]> {
-        self.received.take()
+    fn end(&mut self) -> bool {
+        core::mem::take(&mut self.is_new)
+    }
+
+    fn bytes(&self) -> [u8; BYTES] {
+        self.received
     }
 }
 
@@ -141,8 +163,11 @@ pub trait Transfer {
     /// Starts a transfer.
     fn start(&mut self);
 
-    /// The bytes of the transfer that has ended since the last call.
-    fn take(&mut self) -> Option<[u8; BYTES]>;
+    /// Whether a transfer has ended since the last call.
+    fn end(&mut self) -> bool;
+
+    /// The bytes of the last transfer that has ended.
+    fn bytes(&self) -> [u8; BYTES];
 }
 
 /// A bus with exact instants: the encoder latches its angle when [`Bus::begin`] is called, and the
@@ -178,8 +203,13 @@ impl<T: Transfer, P: OutputPin> Bus for Timed<T, P> {
     }
 
     #[inline]
-    fn end(&mut self) -> Option<[u8; BYTES]> {
+    fn end(&mut self) -> bool {
         let _ = self.select.set_high();
-        self.transfer.take()
+        self.transfer.end()
+    }
+
+    #[inline]
+    fn bytes(&self) -> [u8; BYTES] {
+        self.transfer.bytes()
     }
 }

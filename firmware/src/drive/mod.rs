@@ -47,7 +47,7 @@ use store::ParameterStore;
 use update::Update;
 
 /// The messages to the control loop.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Messages {
     /// The commands.
     pub commands: Checked<Commands>,

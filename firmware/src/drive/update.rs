@@ -22,7 +22,7 @@ use crate::{
     application::BoardState,
     capture::Capture,
     faults::{Fault, FaultSet},
-    timing::{CALL_PERIODS, periods, thousandths},
+    timing::{COMMUNICATION_PERIODS, periods, thousandths},
 };
 
 pub use bootloader::background::StageError;
@@ -106,7 +106,7 @@ const SELF_TEST_PERIODS: u32 = periods(1000) as u32;
 
 /// Calls of the device from the request of an installation to the restart, 100 ms: its response has
 /// left the board by then, on a bus that gives it a frame in that time.
-const RESTART_CALLS: u8 = periods(100) as u8 * CALL_PERIODS.len() as u8;
+const RESTART_CALLS: u8 = periods(100) as u8 * COMMUNICATION_PERIODS.len() as u8;
 
 /// What an image that works does not report. Others, as an under-voltage, are not its own.
 const FAILURES: FaultSet = FaultSet::of(&[

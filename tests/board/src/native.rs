@@ -3,7 +3,7 @@
 use firmware::application::Start;
 use firmware::drive::{Device, StoredParameters};
 use firmware::native;
-use firmware::timing::CALL_PERIODS;
+use firmware::timing::COMMUNICATION_PERIODS;
 use model_core::time::PWM_PERIOD_NS;
 use virtual_board::plant::{
     BoardPlant, BoardPlantOptions, Bridge, Edge, SampledBoardPlant, Sensed,
@@ -74,7 +74,7 @@ impl NativeBoard {
     pub fn tick(&mut self, frames: &[Frame]) {
         let samples = native::samples(&self.plant.sampled());
         let outputs = self.device.control(&samples);
-        let [first, second] = CALL_PERIODS;
+        let [first, second] = COMMUNICATION_PERIODS;
         self.communicate(first, frames);
         self.communicate(second, &[]);
         let rows = &mut self.rows;

@@ -4,7 +4,6 @@ use firmware::{
     drive::StoredParameters,
     store::{Loaded, Progress, Saver},
 };
-use task_queues::Consumer;
 
 use super::queues::ToSave;
 use crate::peripherals::flash::Flash;
@@ -40,7 +39,7 @@ impl ParameterStore {
 
     /// Continues a save or starts one, of the next set in the queue. Returns at its end whether the
     /// set is saved, and the memory of the set.
-    pub fn run(&mut self, flash: &mut Flash, to_save: &mut Consumer<ToSave>) -> Option<SaveResult> {
+    pub fn run(&mut self, flash: &mut Flash, to_save: &mut ToSave) -> Option<SaveResult> {
         if !self.saver.is_running()
             && let Some(set) = to_save.dequeue()
         {

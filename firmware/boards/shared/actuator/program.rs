@@ -1,23 +1,46 @@
 //! Tasks of the actuator board, and the events that start them.
 //!
-//! - Priority 5: a received frame goes into the queue of the CANopen device.
-//! - Priority 4, each PWM edge: outputs; in the first PWM period it starts the encoder, in the last
-//!   one it enables the sampling instants.
-//! - Priority 4, sampling instants in the last PWM period: start of the samples of current,
-//!   back-EMF, supply and temperature; switches to coasting.
-//! - Priority 4, encoder read, 38 us after the edge: control step.
-//! - Priority 4, first PWM edge while the encoder is read, and after the control step: checks that
-//!   the memory of the CANopen device and the queues have not changed; seals the device.
-//! - Priority 4, edges of two PWM periods in between: call of the CANopen device with received
-//!   frames, timers, and frames to transmit; acceptance filter of the controller.
-//! - Priority 2, mailbox free, bus error, and each call: frames to the controller; its state and
-//!   bit rate.
-//! - Priority 1, after the control step: flash and log.
+//! | priority | task | event | does |
+//! |---|---|---|---|
+//! | 4 | `pwm_edge` | each PWM edge | outputs; in the first PWM period it starts the encoder, in the last one it enables the sampling instants |
+//! | 4 | `sampling_instant` | instants in the last PWM period | starts the samples of current, back-EMF, supply and temperature; switches to coasting |
+//! | 4 | `control_step` | encoder read, 38 us after the first edge | first copy of the control loop, whose outputs act at the next edge |
+//! | 4 | `comparison` | after the control step | second copy, comparison, telemetry |
+//! | 3 | `frame_received` | received frame | puts it into the queue of the communication |
+//! | 2 | `communication_cycle` | edges of two PWM periods in between | CANopen node and drive |
+//! | 2 | `mailbox_free` | mailbox free, and each communication cycle | frames to the controller |
+//! | 2 | `bus_status_changed` | bus error, and each communication cycle | state and bit rate of the controller |
+//! | 1 | `background` | after the comparison | flash and log |
 //!
-//! Only the reception of a frame preempts the control step, for a microsecond, and no task of lower
-//! priority locks it out. The calls of the device have its priority, so that both use the device
-//! without a lock; a call ends long before the next control step, and before the last PWM period
-//! with its sampling instants. All other tasks communicate by queues and atomics without locks.
+//! Nothing delays the tasks of the loop, which have the highest priority: the other ones lock them
+//! out for the exchange of two references ([`super::mailboxes`]) and communicate by queues and
+//! atomics otherwise.
+//!
+//! `actuator_program!` is the only list of the handlers. The program contains it as text in the
+//! section `.handlers`, which is not loaded: interrupt, task, priority, and runs in a control period
+//! (0 for those that depend on the bus).
+
+/// The list of the handlers, as text in the program.
+macro_rules! handlers {
+    ($($interrupt:ident, $task:ident, $priority:literal, $runs:literal;)+) => {
+        /// One line for each handler: interrupt, task, priority, runs in a control period.
+        const LIST: &str = concat!(
+            $(stringify!($interrupt), ",", stringify!($task), ",", $priority, ",", $runs, "\n"),+
+        );
+
+        #[used]
+        #[unsafe(link_section = ".handlers")]
+        static HANDLERS: [u8; LIST.len()] = {
+            let mut bytes = [0; LIST.len()];
+            let mut at = 0;
+            while at < bytes.len() {
+                bytes[at] = LIST.as_bytes()[at];
+                at += 1;
+            }
+            bytes
+        };
+    };
+}
 
 /// The tasks, at the interrupts of a chip. It is a macro since RTIC reads the names of the
 /// interrupts before the compiler knows them.
@@ -29,8 +52,22 @@ macro_rules! actuator_program {
         frame_received: $frame_received:ident,
         mailbox_free: $mailbox_free:ident,
         bus_status: $bus_status:ident,
-        software: [$seal:ident, $call:ident, $background:ident $(,)?] $(,)?
+        software: [$comparison:ident, $cycle:ident, $background:ident $(,)?] $(,)?
     ) => {
+        handlers! {
+            $edge, pwm_edge, 4, 4;
+            $instant, sampling_instant, 4, 3;
+            $encoder_read, control_step, 4, 1;
+            $comparison, comparison, 4, 1;
+            $frame_received, frame_received, 3, 0;
+            $cycle, communication_cycle, 2, 2;
+            $mailbox_free, mailbox_free, 2, 0;
+            $bus_status, bus_status_changed, 2, 2;
+            $background, background, 1, 1;
+        }
+
+        const _: () = assert!(crate::actuator::timing::PWM_PERIODS == 4);
+
         /// Tasks and their resources.
         #[allow(
             missing_docs,
@@ -41,31 +78,30 @@ macro_rules! actuator_program {
         mod app {
             use core::mem::MaybeUninit;
 
-            use drivers::{
-                bridge::Bridge as _,
-                can::{self, AcceptedIds, CanController},
-            };
+            use drivers::can::{self, AcceptedIds, CanController};
             use firmware::{
-                application::Start,
-                drive::{Device, StoredParameters},
+                application::{Outputs, Start},
+                check_value::Checked,
+                drive::{Device, Messages, StoredParameters},
                 faults::Fault,
                 store::{self, Origin},
                 supervisor::{ResetCause, Task},
-                timing::CALL_PERIODS,
+                timing::COMMUNICATION_PERIODS,
             };
-            use task_queues::Producer;
 
             use crate::{
                 actuator::{
-                    background::{Background, StateLog},
+                    background::{Background, StateLog, StepReport},
                     bus_status,
-                    canopen_task::{CAPTURE_WORDS, CanopenTask, gather},
+                    comm_task::{CAPTURE_WORDS, CommTask},
+                    loop_memory::LoopMemory,
+                    loop_task::LoopTask,
+                    mailboxes::{Mailboxes, Poster, Reader, Telemetry},
                     parameter_store::ParameterStore,
                     program_check,
                     pwm_timer::Instant,
-                    queues::{ControllerEnds, ReceivedFrames, ends},
-                    sealed::Sealed,
-                    servo_pulse::ServoPulse,
+                    queues::{ControllerEnds, Queues, ReceivedFrames, StepReports},
+                    sampling::Sampling,
                     shutdown,
                     timebase::PeriodCounter,
                     timing::PWM_PERIODS,
@@ -73,8 +109,7 @@ macro_rules! actuator_program {
                 },
                 chip::pac::Interrupt,
                 peripherals::{
-                    ActuatorBridge, Can, Encoder,
-                    analog::Analog,
+                    ActuatorBridge, Can,
                     updater::Updater,
                     wiring::{Peripherals, serial_number},
                 },
@@ -85,35 +120,38 @@ macro_rules! actuator_program {
                 #[lock_free]
                 bridge: ActuatorBridge,
                 #[lock_free]
-                analog: Analog,
-                #[lock_free]
-                encoder: Encoder,
+                sampling: Sampling,
                 #[lock_free]
                 period_counter: PeriodCounter,
                 #[lock_free]
-                canopen_task: CanopenTask,
+                loop_memory: LoopMemory,
+                mailboxes: Mailboxes,
+                telemetry: Telemetry,
                 #[lock_free]
                 can: CanController<Can, ControllerEnds>,
             }
 
             #[local]
             struct Local {
-                servo_pulse: ServoPulse,
+                reports: StepReports,
                 can_receiver: Can,
-                received: Producer<ReceivedFrames>,
+                received: ReceivedFrames,
+                comm_task: CommTask,
                 background: Background,
             }
 
             #[init(local = [
+                        queues: Queues = Queues::new(),
                         set_to_save: MaybeUninit<StoredParameters> = MaybeUninit::uninit(),
                         device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
-                        copy_of_device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
+                        messages: [MaybeUninit<Messages>; 2] = [const { MaybeUninit::uninit() }; 2],
+                        outputs: [MaybeUninit<Checked<Outputs>>; 2] =
+                            [const { MaybeUninit::uninit() }; 2],
                         capture_buffer: [i32; CAPTURE_WORDS] = [0; CAPTURE_WORDS],
                     ])]
             fn init(cx: init::Context) -> (Shared, Local) {
                 let mut peripherals = Peripherals::new(cx.device);
-                // SAFETY: the only call, as this task runs once.
-                let ends = unsafe { ends() };
+                let ends = cx.local.queues.split();
 
                 let (program_check, is_as_built) = program_check::start(peripherals.crc_unit);
                 let loaded = store::load::<StoredParameters>(&peripherals.flash);
@@ -136,7 +174,7 @@ macro_rules! actuator_program {
                     data_corrupt: peripherals.was_shut_down && is_as_built,
                     program_corrupt: !is_as_built,
                 };
-                let device = Device::new(loaded.parameters, start, cx.local.capture_buffer, 0);
+                let device = Device::new(loaded.parameters, cx.local.capture_buffer, 0);
                 let device = cx.local.device.write(device);
                 device.drive.diagnostics.reset_cause = peripherals.reset_cause;
                 device.drive.diagnostics.serial_number = serial_number();
@@ -147,29 +185,46 @@ macro_rules! actuator_program {
                 }
 
                 let initial_ids = AcceptedIds::new(device.node().identifiers());
-                let kbit_s = device.drive.application().parameters().bus.bit_rate_kbit_s as u16;
                 let (can, can_receiver, acceptance) = Can::new(peripherals.can, &initial_ids);
-                let can = CanController::new(can, kbit_s, ends.controller);
+                let can = CanController::new(can, bus.bit_rate_kbit_s as u16, ends.controller);
+                let messages = &device.drive.messages;
+                let control_loop = messages.start(start);
+                let [posted, spare] = cx.local.messages;
+                let mailboxes = Mailboxes::new(posted.write(messages.clone()));
+                let poster = Poster::new(spare.write(messages.clone()));
+                let outputs = Checked::new(Outputs::default());
+                let [published, read] = cx.local.outputs;
+                let telemetry = Telemetry::new(published.write(outputs));
+                let reader = Reader::new(read.write(outputs));
                 peripherals.period_counter.start();
                 peripherals.bridge.timer().start();
                 let shared = Shared {
                     bridge: peripherals.bridge,
-                    analog: peripherals.analog,
-                    encoder: peripherals.encoder,
-                    period_counter: peripherals.period_counter,
-                    canopen_task: CanopenTask::new(
-                        Sealed::new(device, cx.local.copy_of_device),
-                        watchdog,
-                        ends.device,
-                        cx.local.set_to_save.write(loaded.parameters),
-                        acceptance,
+                    sampling: Sampling::new(
+                        peripherals.encoder,
+                        peripherals.analog,
+                        peripherals.servo_pulse,
                     ),
+                    period_counter: peripherals.period_counter,
+                    loop_memory: LoopMemory::new(
+                        cx.core.MPU,
+                        LoopTask::new(control_loop, watchdog),
+                    ),
+                    mailboxes,
+                    telemetry,
                     can,
                 };
                 let local = Local {
-                    servo_pulse: peripherals.servo_pulse,
+                    reports: ends.reporter,
                     can_receiver,
                     received: ends.receiver,
+                    comm_task: CommTask::new(
+                        device,
+                        (poster, reader),
+                        ends.comm,
+                        cx.local.set_to_save.write(loaded.parameters),
+                        acceptance,
+                    ),
                     background: Background {
                         queues: ends.background,
                         flash: peripherals.flash,
@@ -189,30 +244,31 @@ macro_rules! actuator_program {
                 }
             }
 
-            #[task(binds = $edge, priority = 4, shared = [bridge, encoder, period_counter])]
+            #[task(binds = $edge, priority = 4, shared = [bridge, sampling, period_counter])]
             fn pwm_edge(cx: pwm_edge::Context) {
                 let bridge = cx.shared.bridge;
-                let period = cx.shared.period_counter.index();
-                if period == 0 {
-                    cx.shared.encoder.start();
+                let index = cx.shared.period_counter.index();
+                if index == 0 {
+                    cx.shared.sampling.encoder.start();
                     bridge.begin_control_period();
-                    rtic::pend(Interrupt::$seal);
                 }
                 bridge.timer().acknowledge_edge();
                 bridge.begin_pwm_period();
-                if CALL_PERIODS.contains(&period) {
-                    rtic::pend(Interrupt::$call);
+                if COMMUNICATION_PERIODS.contains(&index) {
+                    bus_status::set_period(cx.shared.period_counter.period());
+                    rtic::pend(Interrupt::$cycle);
                 }
-                if period == PWM_PERIODS - 1 {
+                if index == PWM_PERIODS - 1 {
                     bridge.timer().enable_sampling_instants();
                 }
             }
 
-            #[task(binds = $instant, priority = 4, shared = [bridge, analog])]
+            #[task(binds = $instant, priority = 4, shared = [bridge, sampling])]
             fn sampling_instant(cx: sampling_instant::Context) {
+                let analog = &mut cx.shared.sampling.analog;
                 match cx.shared.bridge.timer().take_instant() {
-                    Some(Instant::Current) => cx.shared.analog.sample_current(),
-                    Some(Instant::BackEmf) => cx.shared.analog.start_scan(),
+                    Some(Instant::Current) => analog.sample_current(),
+                    Some(Instant::BackEmf) => analog.start_scan(),
                     Some(Instant::WindowStart) | None => {}
                 }
             }
@@ -220,48 +276,62 @@ macro_rules! actuator_program {
             #[task(
                         binds = $encoder_read,
                         priority = 4,
-                        local = [servo_pulse],
-                        shared = [bridge, analog, encoder, period_counter, canopen_task],
+                        shared = [bridge, sampling, period_counter, loop_memory, mailboxes],
                     )]
             fn control_step(cx: control_step::Context) {
-                let (task, bridge) = (cx.shared.canopen_task, cx.shared.bridge);
-                let mut samples = gather(
-                    cx.shared.encoder,
-                    cx.shared.analog,
-                    cx.local.servo_pulse,
-                    bridge,
-                );
-                let period = cx.shared.period_counter.control_period();
-                let outputs = task.begin_step(&mut samples, period, bridge.is_on());
-                let command = outputs.as_ref().map(|outputs| outputs.bridge);
-                bridge.command(command.unwrap_or_else(|| task.shut_down()));
-                task.end_step(samples, outputs, bridge.timer().is_late());
-                rtic::pend(Interrupt::$seal);
+                let (sampling, bridge) = (cx.shared.sampling, cx.shared.bridge);
+                let control_period = cx.shared.period_counter.control_period();
+                let mut mailboxes = cx.shared.mailboxes;
+                cx.shared.loop_memory.with(|task| {
+                    sampling.finish_sampling(bridge, task.begin(control_period));
+                    let samples = sampling.read();
+                    mailboxes.lock(|mailboxes| task.step(&samples, mailboxes, bridge));
+                });
+                rtic::pend(Interrupt::$comparison);
+            }
+
+            #[task(
+                        binds = $comparison,
+                        priority = 4,
+                        local = [reports],
+                        shared = [bridge, sampling, loop_memory, mailboxes, telemetry],
+                    )]
+            fn comparison(cx: comparison::Context) {
+                let (sampling, bridge) = (cx.shared.sampling, cx.shared.bridge);
+                let (mut mailboxes, mut telemetry) = (cx.shared.mailboxes, cx.shared.telemetry);
+                cx.shared.loop_memory.with(|task| {
+                    let samples = sampling.read();
+                    let outputs =
+                        mailboxes.lock(|mailboxes| task.repeat(&samples, mailboxes, bridge));
+                    telemetry.lock(|telemetry| telemetry.publish(outputs));
+                    // The queue is full only if the background task is late: the log then has a
+                    // gap.
+                    let _ = cx.local.reports.enqueue(StepReport::new(outputs));
+                });
                 rtic::pend(Interrupt::$background);
             }
 
-            #[task(binds = $seal, priority = 4, shared = [bridge, canopen_task])]
-            fn seal(cx: seal::Context) {
-                let is_driven = cx.shared.bridge.is_on();
-                cx.shared.canopen_task.maintain_seal(is_driven);
-            }
-
-            #[task(binds = $call, priority = 4, shared = [bridge, period_counter, canopen_task])]
-            fn canopen_call(cx: canopen_call::Context) {
-                let period = cx.shared.period_counter.period();
-                let is_driven = cx.shared.bridge.is_on();
-                if cx.shared.canopen_task.communicate(period, is_driven) {
+            #[task(
+                        binds = $cycle,
+                        priority = 2,
+                        local = [comm_task],
+                        shared = [mailboxes, telemetry],
+                    )]
+            fn communication_cycle(cx: communication_cycle::Context) {
+                let (mut mailboxes, mut telemetry) = (cx.shared.mailboxes, cx.shared.telemetry);
+                let period = bus_status::period();
+                if (cx.local.comm_task).communicate(period, &mut mailboxes, &mut telemetry) {
                     rtic::pend(Interrupt::$mailbox_free);
                 }
                 rtic::pend(Interrupt::$bus_status);
             }
 
-            // The highest priority, and short: the FIFO holds three frames, and a call of the
-            // device can take longer than three frames.
-            #[task(binds = $frame_received, priority = 5, local = [can_receiver, received])]
+            // The FIFO holds three frames, 141 us at 1 Mbit/s: longer than the tasks of the loop take,
+            // and shorter than a communication cycle.
+            #[task(binds = $frame_received, priority = 3, local = [can_receiver, received])]
             fn frame_received(cx: frame_received::Context) {
                 loop {
-                    let is_lost = match can::receive_checked(cx.local.can_receiver) {
+                    let is_lost = match can::receive(cx.local.can_receiver) {
                         Ok(frame) => cx.local.received.enqueue(frame).is_err(),
                         Err(nb::Error::Other(can::Overrun)) => true,
                         Err(nb::Error::WouldBlock) => return,
@@ -282,7 +352,7 @@ macro_rules! actuator_program {
                 can.fill_mailboxes();
             }
 
-            // Requested by the controller when its state changes, and by each call of the device.
+            // Requested by the controller when its state changes, and by each communication cycle.
             #[task(binds = $bus_status, priority = 2, shared = [can])]
             fn bus_status_changed(cx: bus_status_changed::Context) {
                 let can = cx.shared.can;

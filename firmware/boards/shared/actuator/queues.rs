@@ -1,80 +1,60 @@
 //! The queues between the tasks.
-//!
-//! The task of the CANopen device has an end of each: it notices when one is not intact.
 
 use canopen::CanFrame;
-use drivers::can::{ReceivedFrame, TransmitQueues};
+use drivers::can::TransmitQueues;
 use firmware::drive::{StoredParameters, UpdateOrder};
-use task_queues::{Channel as _, Consumer, Producer, channel};
+use heapless::spsc::{Consumer, Producer, Queue};
 
 use super::{background::StepReport, parameter_store::SaveResult, update_result::UpdateResult};
 
-channel!(
-    /// Received frames: more than the bus carries between two calls of the device, in 3 ms at
-    /// 1 Mbit/s.
-    pub ReceivedFrames: [ReceivedFrame; 64]
-);
-channel!(
-    /// EMCY, heartbeats, SDO responses: frames that must not be lost. A bus of 1 Mbit/s carries as
-    /// many in 2 ms, so that urgent frames of the next call wait no longer. A block of the SDO
-    /// server, 127 frames, continues as there is room.
-    pub OtherFrames: [CanFrame; 16]
-);
-channel!(
-    /// TPDOs, which are discarded when they have waited too long; as many as of the other frames.
-    pub ProcessData: [CanFrame; 16]
-);
-channel!(
-    /// Reports of control steps for the background task.
-    pub StepReports: [StepReport; 2]
-);
-channel!(
-    /// A set of parameters to be saved.
-    pub ToSave: [&'static mut StoredParameters; 1]
-);
-channel!(
-    /// The result of a save.
-    pub SaveResults: [SaveResult; 1]
-);
-channel!(
-    /// An order of an update.
-    pub UpdateOrders: [UpdateOrder<'static>; 1]
-);
-channel!(
-    /// The result of an order.
-    pub UpdateResults: [UpdateResult; 1]
-);
+/// Received frames: more than the bus carries between two communication cycles, in 3 ms at 1 Mbit/s.
+const RECEIVED: usize = 64 + 1;
 
-/// The ends of the task of the CANopen device.
-pub struct DeviceEnds {
-    pub received: Consumer<ReceivedFrames>,
-    pub to_transmit: Producer<OtherFrames>,
-    pub process_data: Producer<ProcessData>,
-    pub reports: Producer<StepReports>,
-    pub to_save: Producer<ToSave>,
-    pub save_results: Consumer<SaveResults>,
-    pub to_update: Producer<UpdateOrders>,
-    pub update_results: Consumer<UpdateResults>,
+/// EMCY, heartbeats, SDO responses: frames that must not be lost. A bus of 1 Mbit/s carries as many
+/// in 2 ms, so that urgent frames of the next cycle wait no longer. A block of the SDO server, 127
+/// frames, continues as there is room. As many TPDOs, which are discarded when they have waited too
+/// long.
+const TO_TRANSMIT: usize = 16 + 1;
+
+/// Reports of control periods for the log.
+const REPORTS: usize = 2 + 1;
+
+/// One message.
+const ONE: usize = 1 + 1;
+
+/// The memory of all queues.
+pub struct Queues {
+    received: Queue<CanFrame, RECEIVED>,
+    others: Queue<CanFrame, TO_TRANSMIT>,
+    process_data: Queue<CanFrame, TO_TRANSMIT>,
+    reports: Queue<StepReport, REPORTS>,
+    to_save: Queue<&'static mut StoredParameters, ONE>,
+    save_results: Queue<SaveResult, ONE>,
+    update_orders: Queue<UpdateOrder<'static>, ONE>,
+    update_results: Queue<UpdateResult, ONE>,
 }
 
-impl DeviceEnds {
-    /// Whether no position of a queue has changed.
-    pub fn are_intact(&self) -> bool {
-        self.received.is_intact()
-            && self.to_transmit.is_intact()
-            && self.process_data.is_intact()
-            && self.reports.is_intact()
-            && self.to_save.is_intact()
-            && self.save_results.is_intact()
-            && self.to_update.is_intact()
-            && self.update_results.is_intact()
-    }
+/// The received frames, from the interrupt of the reception.
+pub type ReceivedFrames = Producer<'static, CanFrame, RECEIVED>;
+
+/// The reports of control periods, from the loop.
+pub type StepReports = Producer<'static, StepReport, REPORTS>;
+
+/// The ends of the communication.
+pub struct CommEnds {
+    pub received: Consumer<'static, CanFrame, RECEIVED>,
+    pub to_transmit: Producer<'static, CanFrame, TO_TRANSMIT>,
+    pub process_data: Producer<'static, CanFrame, TO_TRANSMIT>,
+    pub to_save: Producer<'static, &'static mut StoredParameters, ONE>,
+    pub save_results: Consumer<'static, SaveResult, ONE>,
+    pub to_update: Producer<'static, UpdateOrder<'static>, ONE>,
+    pub update_results: Consumer<'static, UpdateResult, ONE>,
 }
 
 /// The ends of the tasks of the CAN controller.
 pub struct ControllerEnds {
-    pub process_data: Consumer<ProcessData>,
-    pub others: Consumer<OtherFrames>,
+    process_data: Consumer<'static, CanFrame, TO_TRANSMIT>,
+    others: Consumer<'static, CanFrame, TO_TRANSMIT>,
 }
 
 impl TransmitQueues for ControllerEnds {
@@ -89,73 +69,75 @@ impl TransmitQueues for ControllerEnds {
     }
 }
 
+/// The sets of parameters to be saved, for the background task.
+pub type ToSave = Consumer<'static, &'static mut StoredParameters, ONE>;
+
 /// The ends of the background task.
 pub struct BackgroundEnds {
-    pub reports: Consumer<StepReports>,
-    pub to_save: Consumer<ToSave>,
-    pub saved: Producer<SaveResults>,
-    pub update_orders: Consumer<UpdateOrders>,
-    pub updated: Producer<UpdateResults>,
+    pub reports: Consumer<'static, StepReport, REPORTS>,
+    pub to_save: ToSave,
+    pub saved: Producer<'static, SaveResult, ONE>,
+    pub update_orders: Consumer<'static, UpdateOrder<'static>, ONE>,
+    pub updated: Producer<'static, UpdateResult, ONE>,
 }
 
 /// All ends.
 pub struct Ends {
-    pub device: DeviceEnds,
+    pub comm: CommEnds,
     pub controller: ControllerEnds,
     pub background: BackgroundEnds,
-    /// The end of the reception.
-    pub receiver: Producer<ReceivedFrames>,
+    pub receiver: ReceivedFrames,
+    pub reporter: StepReports,
 }
 
-/// The ends of each task.
-///
-/// # Safety
-/// At most one call.
-pub unsafe fn ends() -> Ends {
-    // SAFETY: one call for each queue, as this function is called once.
-    let (
-        (receiver, received),
-        (to_transmit, others),
-        (process_data, waiting_process_data),
-        (reports, waiting_reports),
-        (to_save, waiting_to_save),
-        (saved, save_results),
-        (to_update, update_orders),
-        (updated, update_results),
-    ) = unsafe {
-        (
-            ReceivedFrames::split(),
-            OtherFrames::split(),
-            ProcessData::split(),
-            StepReports::split(),
-            ToSave::split(),
-            SaveResults::split(),
-            UpdateOrders::split(),
-            UpdateResults::split(),
-        )
-    };
-    Ends {
-        device: DeviceEnds {
-            received,
-            to_transmit,
-            process_data,
-            reports,
-            to_save,
-            save_results,
-            to_update,
-            update_results,
-        },
-        controller: ControllerEnds {
-            process_data: waiting_process_data,
-            others,
-        },
-        background: BackgroundEnds {
-            reports: waiting_reports,
-            to_save: waiting_to_save,
-            saved,
-            update_orders,
-            updated,
-        },
-        receiver,
+impl Queues {
+    /// Empty queues.
+    pub const fn new() -> Self {
+        Self {
+            received: Queue::new(),
+            others: Queue::new(),
+            process_data: Queue::new(),
+            reports: Queue::new(),
+            to_save: Queue::new(),
+            save_results: Queue::new(),
+            update_orders: Queue::new(),
+            update_results: Queue::new(),
+        }
+    }
+
+    /// The ends of each task.
+    pub fn split(&'static mut self) -> Ends {
+        let (receiver, received) = self.received.split();
+        let (to_transmit, others) = self.others.split();
+        let (process_data, waiting_process_data) = self.process_data.split();
+        let (reporter, reports) = self.reports.split();
+        let (to_save, waiting_to_save) = self.to_save.split();
+        let (saved, save_results) = self.save_results.split();
+        let (to_update, update_orders) = self.update_orders.split();
+        let (updated, update_results) = self.update_results.split();
+        Ends {
+            comm: CommEnds {
+                received,
+                to_transmit,
+                process_data,
+                to_save,
+                save_results,
+                to_update,
+                update_results,
+            },
+            controller: ControllerEnds {
+                process_data: waiting_process_data,
+                others,
+            },
+            background: BackgroundEnds {
+                reports,
+                to_save: waiting_to_save,
+                saved,
+                update_orders,
+                updated,
+            },
+            receiver,
+            reporter,
+        }
     }
 }

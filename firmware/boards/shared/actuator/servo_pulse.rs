@@ -9,6 +9,8 @@ use crate::chip::pac::TIM4;
 /// The servo pulse input.
 pub struct ServoPulse {
     tim: TIM4,
+    /// Width of the pulse that ended before this control period, us.
+    width_us: Option<u16>,
 }
 
 impl ServoPulse {
@@ -31,11 +33,23 @@ impl ServoPulse {
             .write(|w| w.uif().clear_bit().cc1if().clear_bit().cc2if().clear_bit());
         // Edges do not set UIF.
         tim.cr1().write(|w| w.urs().counter_only().cen().enabled());
-        Self { tim }
+        Self {
+            tim,
+            width_us: None,
+        }
     }
 
-    /// Width of the pulse that ended since the last call, us.
-    pub fn take_us(&mut self) -> Option<u16> {
+    /// Takes the pulse that ended since the last call, if there is one.
+    pub fn finish(&mut self) {
+        self.width_us = self.take();
+    }
+
+    /// Width of the pulse that was taken last, us.
+    pub fn width_us(&self) -> Option<u16> {
+        self.width_us
+    }
+
+    fn take(&mut self) -> Option<u16> {
         let flags = self.tim.sr().read();
         if !flags.cc2if().bit() {
             return None;

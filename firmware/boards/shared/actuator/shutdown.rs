@@ -6,7 +6,7 @@ use cortex_m::{
     peripheral::{DWT, SCB},
 };
 use drivers::bridge::Bridge as _;
-use firmware::shutdown::{BRAKING_PERIODS, RESTART_MARK};
+use firmware::replicated::{BRAKING_PERIODS, RESTART_MARK};
 
 use super::{
     timing::{CONTROL_RATE_HZ, CORE_HZ},

@@ -1,6 +1,6 @@
 //! Feeds the watchdog while all parts of the program are alive, and monitors the control steps.
 
-use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
+use core::sync::atomic::{AtomicU8, AtomicU32, Ordering::Relaxed};
 
 use cortex_m::peripheral::{DCB, DWT};
 use firmware::supervisor::{Supervisor, Task};
@@ -18,6 +18,14 @@ static LIVENESS: AtomicU8 = AtomicU8::new(0);
 /// Reports that a task is alive.
 pub fn report_alive(task: Task) {
     LIVENESS.fetch_or(1 << task as u8, Relaxed);
+}
+
+/// Control periods since the reset in which a task was late.
+static STARVED_PERIODS: AtomicU32 = AtomicU32::new(0);
+
+/// Control periods since the reset in which a task was late.
+pub fn starved_periods() -> u32 {
+    STARVED_PERIODS.load(Relaxed)
 }
 
 /// Watchdogs, liveness of the parts, and duration of the control steps.
@@ -56,9 +64,8 @@ impl WatchdogSupervisor {
     }
 
     /// Ends the step and feeds the watchdogs if all parts are alive, the window watchdog only after
-    /// a step in its time: the step after a late one comes too early for its window. Returns the
-    /// number of control periods since the reset in which a task was late.
-    pub fn end_step(&mut self, is_late: bool) -> u32 {
+    /// a step in its time: the step after a late one comes too early for its window.
+    pub fn end_step(&mut self, is_late: bool) {
         report_alive(Task::Control);
         self.supervisor.report_all(LIVENESS.swap(0, Relaxed));
         if self.supervisor.period() {
@@ -68,6 +75,6 @@ impl WatchdogSupervisor {
             }
         }
         self.steps.end();
-        self.supervisor.unfed_periods()
+        STARVED_PERIODS.store(self.supervisor.unfed_periods(), Relaxed);
     }
 }

@@ -162,7 +162,8 @@ impl Bench {
             self.analog.start_scan();
         }
         self.next_period();
-        let (Some(current), Some(scan)) = self.analog.take() else {
+        self.analog.finish();
+        let (Some(current), Some(scan)) = self.analog.read() else {
             return None;
         };
         Some(Sample {

@@ -1,13 +1,11 @@
 //! The CAN controller: how it takes part in the bus, its queues, its acceptance list.
 //!
 //! [`CanPort`] is what differs between controllers. [`CanController`] joins the bus and transmits,
-//! [`receive`] fetches received frames, [`receive_checked`] with a check value, and [`NbCan`] is
-//! the port as `embedded_can::nb::Can`.
+//! [`receive`] fetches received frames, and [`NbCan`] is the port as `embedded_can::nb::Can`.
 
 mod acceptance;
 mod controller;
 mod polled;
-mod received;
 
 use canopen::CanFrame;
 use embedded_can::{Error, ErrorKind};
@@ -17,7 +15,6 @@ pub use self::{
     acceptance::AcceptedIds,
     controller::{CanController, TransmitQueues},
     polled::NbCan,
-    received::ReceivedFrame,
 };
 
 /// What a controller has seen on the bus since it was last asked.
@@ -52,9 +49,6 @@ impl Error for Overrun {
     }
 }
 
-/// The words that hold a received frame in a controller.
-pub type FrameWords = [u32; 4];
-
 /// The registers of a controller. Nothing here waits.
 pub trait CanPort {
     /// Its mailboxes for transmission, which transmit in the order in which they are filled.
@@ -73,22 +67,8 @@ pub trait CanPort {
     /// Number of frames transmitted since the last call.
     fn take_transmitted(&mut self) -> u32;
 
-    /// The words of the oldest received frame, until it is released.
-    fn received(&self) -> Option<FrameWords>;
-
-    /// Removes the oldest received frame.
-    fn release(&mut self);
-
-    /// The frame in these words.
-    fn frame(words: &FrameWords) -> CanFrame;
-
-    /// The next received frame.
-    #[inline]
-    fn receive(&mut self) -> Option<CanFrame> {
-        let words = self.received()?;
-        self.release();
-        Some(Self::frame(&words))
-    }
+    /// Takes the oldest received frame.
+    fn receive(&mut self) -> Option<CanFrame>;
 
     /// Whether received frames were lost since the last call.
     fn take_overrun(&mut self) -> bool;
@@ -125,19 +105,4 @@ pub fn receive(port: &mut impl CanPort) -> nb::Result<CanFrame, Overrun> {
         return Err(nb::Error::Other(Overrun));
     }
     port.receive().ok_or(nb::Error::WouldBlock)
-}
-
-/// As [`receive`], with a check value from a second reading.
-///
-/// # Errors
-/// As [`receive`].
-#[inline]
-pub fn receive_checked(port: &mut impl CanPort) -> nb::Result<ReceivedFrame, Overrun> {
-    if port.take_overrun() {
-        return Err(nb::Error::Other(Overrun));
-    }
-    let words = port.received().ok_or(nb::Error::WouldBlock)?;
-    let again = port.received().ok_or(nb::Error::WouldBlock)?;
-    port.release();
-    Ok(ReceivedFrame::new(words, again))
 }

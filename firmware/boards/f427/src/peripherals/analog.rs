@@ -54,6 +54,9 @@ const fn sampling_times(first: u8) -> u32 {
 pub struct Analog {
     adc: ADC1,
     scan: DmaStream<4>,
+    /// Whether current and supply, and all of them, were converted for this control period.
+    is_converted: bool,
+    is_complete: bool,
 }
 
 impl Analog {
@@ -89,7 +92,12 @@ impl Analog {
         };
         let mut scan = DmaStream::new(stream, &transfer, &SCAN_RESULTS);
         scan.start();
-        Self { adc, scan }
+        Self {
+            adc,
+            scan,
+            is_converted: false,
+            is_complete: false,
+        }
     }
 
     /// Starts the conversion of current and supply.
@@ -107,16 +115,20 @@ impl Analog {
         self.adc.cr2().modify(|_, w| w.swstart().start());
     }
 
-    /// The current, if it was converted since the last call; the scan with the supply, if all
-    /// channels were converted.
-    pub fn take(&mut self) -> (Option<AdcCode>, Option<Scan>) {
-        let converted = self.adc.sr().read().jeoc().bit();
+    /// Ends the conversions: those that have ended since the last call are valid.
+    pub fn finish(&mut self) {
+        self.is_converted = self.adc.sr().read().jeoc().bit();
         self.adc.sr().write(|w| w.jeoc().clear_bit());
-        let current = converted.then(|| AdcCode::new(self.adc.jdr1().read().jdata().bits()));
-        let is_complete = self.scan.take_complete();
+        self.is_complete = self.scan.take_complete() && self.is_converted;
+    }
+
+    /// The current, if it was converted; the scan with the supply, if all channels were converted.
+    pub fn read(&self) -> (Option<AdcCode>, Option<Scan>) {
+        let current = || AdcCode::new(self.adc.jdr1().read().jdata().bits());
+        let current = self.is_converted.then(current);
         let code = |code: &AtomicU16| AdcCode::new(code.load(Relaxed));
         let [leg_a, leg_b, temperature] = &SCAN_RESULTS;
-        let scan = (converted && is_complete).then(|| Scan {
+        let scan = self.is_complete.then(|| Scan {
             leg_a: code(leg_a),
             leg_b: code(leg_b),
             supply: AdcCode::new(self.adc.jdr2().read().jdata().bits()),

@@ -1,7 +1,7 @@
 //! CAN1 of the actuator board.
 
 use canopen::CanFrame;
-use drivers::can::{AcceptedIds, Activity, BusState, CanPort, FrameWords, Mode};
+use drivers::can::{AcceptedIds, Activity, BusState, CanPort, Mode};
 
 use super::{acceptance::Acceptance, timing::CAN_HZ};
 use crate::chip::{can_registers, pac::CAN1};
@@ -98,18 +98,10 @@ impl CanPort for Can1 {
     }
 
     #[inline]
-    fn received(&self) -> Option<FrameWords> {
-        can_registers::received(&self.0)
-    }
-
-    #[inline]
-    fn release(&mut self) {
+    fn receive(&mut self) -> Option<CanFrame> {
+        let words = can_registers::received(&self.0)?;
         can_registers::release(&self.0);
-    }
-
-    #[inline]
-    fn frame(words: &FrameWords) -> CanFrame {
-        can_registers::frame(words)
+        Some(can_registers::frame(&words))
     }
 
     #[inline]

@@ -72,11 +72,13 @@ impl Transfer for SpiTransfer {
     }
 
     #[inline]
-    fn take(&mut self) -> Option<[u8; BYTES]> {
-        if !self.receive.take_complete() {
-            return None;
-        }
+    fn end(&mut self) -> bool {
+        self.receive.take_complete()
+    }
+
+    #[inline]
+    fn bytes(&self) -> [u8; BYTES] {
         let [a, b, c] = &RECEIVED;
-        Some([a, b, c].map(|byte| byte.load(Relaxed)))
+        [a, b, c].map(|byte| byte.load(Relaxed))
     }
 }

@@ -18,7 +18,7 @@ use firmware::{
 
 use super::flash::Flash;
 use crate::actuator::{
-    canopen_task::CAPTURE_WORDS, queues::BackgroundEnds, timing::CYCLES_PER_US,
+    comm_task::CAPTURE_WORDS, queues::BackgroundEnds, timing::CYCLES_PER_US,
     update_result::UpdateResult,
 };
 

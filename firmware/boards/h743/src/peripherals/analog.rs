@@ -40,6 +40,9 @@ const REGULATOR_CYCLES: u32 = 10 * (super::timing::CORE_HZ / 1_000_000);
 pub struct Analog {
     current: ADC1,
     scan: ADC2,
+    /// Current and supply, and the scan, if they were converted for this control period.
+    converted: Option<[AdcCode; 2]>,
+    scanned: Option<[AdcCode; 3]>,
 }
 
 impl Analog {
@@ -58,7 +61,12 @@ impl Analog {
         );
         let scanned = [channel::LEG_A, channel::LEG_B, channel::TEMPERATURE];
         set_sequence(&scan, &scanned.map(at_pin_of));
-        Self { current, scan }
+        Self {
+            current,
+            scan,
+            converted: None,
+            scanned: None,
+        }
     }
 
     /// Starts the conversion of current and supply.
@@ -71,13 +79,16 @@ impl Analog {
         start(&self.scan);
     }
 
-    /// The current, if it was converted since the last call; the scan with the supply, if all
-    /// channels were converted.
-    pub fn take(&mut self) -> (Option<AdcCode>, Option<Scan>) {
-        let converted = take_sequence::<2>(&self.current);
-        let scanned = take_sequence::<3>(&self.scan);
-        let current = converted.map(|[current, _]| current);
-        let scan = converted.zip(scanned);
+    /// Ends the conversions: those that have ended since the last call are valid.
+    pub fn finish(&mut self) {
+        self.converted = take_sequence(&self.current);
+        self.scanned = take_sequence(&self.scan);
+    }
+
+    /// The current, if it was converted; the scan with the supply, if all channels were converted.
+    pub fn read(&self) -> (Option<AdcCode>, Option<Scan>) {
+        let current = self.converted.map(|[current, _]| current);
+        let scan = self.converted.zip(self.scanned);
         let scan = scan.map(|([_, supply], [leg_a, leg_b, temperature])| Scan {
             leg_a,
             leg_b,

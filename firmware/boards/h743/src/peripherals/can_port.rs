@@ -5,7 +5,7 @@
 //! in front of it needs both. The interrupt of its end fills it again.
 
 use canopen::CanFrame;
-use drivers::can::{AcceptedIds, Activity, BusState, CanPort, FrameWords, Mode};
+use drivers::can::{AcceptedIds, Activity, BusState, CanPort, Mode};
 
 use super::{message_ram, timing::CAN_HZ};
 use crate::chip::pac::FDCAN1;
@@ -152,22 +152,17 @@ impl CanPort for Can1 {
     }
 
     #[inline]
-    fn received(&self) -> Option<FrameWords> {
+    fn receive(&mut self) -> Option<CanFrame> {
         self.registers.ir().write(|w| w.rf0n().set_bit());
         let fifo = self.registers.rxf0s().read();
-        (fifo.f0fl().bits() > 0).then(|| message_ram::received(fifo.f0gi().bits()))
-    }
-
-    #[inline]
-    fn release(&mut self) {
-        let index = self.registers.rxf0s().read().f0gi().bits();
+        if fifo.f0fl().bits() == 0 {
+            return None;
+        }
+        let index = fifo.f0gi().bits();
+        let frame = message_ram::received(index);
         // SAFETY: the index of the oldest frame.
         (self.registers.rxf0a()).write(|w| unsafe { w.f0ai().bits(index) });
-    }
-
-    #[inline]
-    fn frame(words: &FrameWords) -> CanFrame {
-        message_ram::frame(words)
+        Some(frame)
     }
 
     #[inline]

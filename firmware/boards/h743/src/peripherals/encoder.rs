@@ -8,7 +8,11 @@ use drivers::encoder::{BYTES, Transfer};
 use crate::chip::pac::SPI1;
 
 /// SPI1, which interrupts at the end of a transfer.
-pub struct SpiTransfer(SPI1);
+pub struct SpiTransfer {
+    spi: SPI1,
+    /// What the last transfer has received.
+    bytes: [u8; BYTES],
+}
 
 impl SpiTransfer {
     /// Sets SPI1 up, for [`drivers::encoder::MODE`].
@@ -26,7 +30,10 @@ impl SpiTransfer {
         // 2.22.4).
         spi.cr2().write(|w| w.tsize().set(BYTES as u16));
         spi.ier().write(|w| w.eotie().set_bit());
-        Self(spi)
+        Self {
+            spi,
+            bytes: [0; BYTES],
+        }
     }
 }
 
@@ -34,31 +41,35 @@ impl Transfer for SpiTransfer {
     /// Disabling SPI1 empties its FIFOs (RM0433, section 50.4.12).
     #[inline]
     fn abort(&mut self) {
-        self.0.cr1().modify(|_, w| w.spe().disabled());
-        self.0
+        self.spi.cr1().modify(|_, w| w.spe().disabled());
+        self.spi
             .ifcr()
             .write(|w| w.eotc().clear().txtfc().clear().ovrc().clear());
     }
 
     #[inline]
     fn start(&mut self) {
-        self.0.cr1().modify(|_, w| w.spe().enabled());
+        self.spi.cr1().modify(|_, w| w.spe().enabled());
         // The encoder has no data input; the clock runs while bytes are sent.
         for _ in 0..BYTES {
             self.send_zero();
         }
-        self.0.cr1().modify(|_, w| w.cstart().set_bit());
+        self.spi.cr1().modify(|_, w| w.cstart().set_bit());
     }
 
     #[inline]
-    fn take(&mut self) -> Option<[u8; BYTES]> {
-        let has_ended = self.0.sr().read().eot().bit();
-        if !has_ended {
-            return None;
+    fn end(&mut self) -> bool {
+        let has_ended = self.spi.sr().read().eot().bit();
+        if has_ended {
+            self.bytes = [self.receive(), self.receive(), self.receive()];
+            self.abort();
         }
-        let bytes = [self.receive(), self.receive(), self.receive()];
-        self.abort();
-        Some(bytes)
+        has_ended
+    }
+
+    #[inline]
+    fn bytes(&self) -> [u8; BYTES] {
+        self.bytes
     }
 }
 
@@ -70,7 +81,7 @@ impl SpiTransfer {
     /// Sends a byte of zeros.
     #[inline]
     fn send_zero(&self) {
-        let register = self.0.txdr().as_ptr().cast::<u8>();
+        let register = self.spi.txdr().as_ptr().cast::<u8>();
         // SAFETY: the address of the data register, which takes bytes (section 50.4.13).
         unsafe { register.write_volatile(0) };
     }
@@ -78,7 +89,7 @@ impl SpiTransfer {
     /// Takes a received byte.
     #[inline]
     fn receive(&self) -> u8 {
-        let register = self.0.rxdr().as_ptr().cast::<u8>();
+        let register = self.spi.rxdr().as_ptr().cast::<u8>();
         // SAFETY: as above.
         unsafe { register.read_volatile() }
     }

@@ -1,7 +1,6 @@
 //! The message RAM of FDCAN1: its layout, and frames and filters as words (RM0433, chapter 56).
 
 use canopen::CanFrame;
-use drivers::can::FrameWords;
 use embedded_can::{ExtendedId, Frame as _, Id, StandardId};
 
 /// Address of its first word.
@@ -53,14 +52,10 @@ fn write(offset: u16, value: u32) {
     unsafe { word(offset).write_volatile(value) };
 }
 
-/// The words of the received frame of this index.
-pub fn received(index: u8) -> FrameWords {
+/// The received frame of this index.
+pub fn received(index: u8) -> CanFrame {
     let element = RECEIVE_FIFO + FRAME_WORDS * u16::from(index);
-    [0, 1, 2, 3].map(|word| read(element + word))
-}
-
-/// The frame in these words.
-pub fn frame([head, length, low, high]: &FrameWords) -> CanFrame {
+    let [head, length, low, high] = [0, 1, 2, 3].map(|word| read(element + word));
     let id = if head & EXTENDED != 0 {
         Id::Extended(ExtendedId::new(head & 0x1fff_ffff).unwrap_or(ExtendedId::ZERO))
     } else {

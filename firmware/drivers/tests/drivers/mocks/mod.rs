@@ -1,14 +1,13 @@
 //! Hardware in memory: a timer, an SPI transfer, a CAN controller and a NOR flash.
 
-use std::{cell::RefCell, collections::VecDeque, mem::take, rc::Rc};
+use std::{cell::RefCell, collections::VecDeque, rc::Rc};
 
 use canopen::CanFrame;
 use drivers::{
     bridge::{Compare, PwmTimer},
-    can::{Activity, BusState, CanPort, FrameWords, Mode},
+    can::{Activity, BusState, CanPort, Mode},
     encoder::Transfer,
 };
-use embedded_can::Frame as _;
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
@@ -110,19 +109,20 @@ impl Transfer for EncoderTransfer {
         *self.has_ended.borrow_mut() = false;
     }
 
-    fn take(&mut self) -> Option<[u8; 3]> {
+    fn end(&mut self) -> bool {
         let ended = self.is_running && *self.has_ended.borrow();
-        if !ended {
-            return None;
-        }
-        self.is_running = false;
+        self.is_running &= !ended;
+        ended
+    }
+
+    fn bytes(&self) -> [u8; 3] {
         let shift = if self.residue && self.was_aborted {
             6
         } else {
             5
         };
         let [_, a, b, c] = (self.word << shift).to_be_bytes();
-        Some([a, b, c])
+        [a, b, c]
     }
 }
 
@@ -133,8 +133,6 @@ pub struct Bus {
     pub transmitted: Vec<CanFrame>,
     /// Frames that it will receive.
     pub received: VecDeque<CanFrame>,
-    /// Bits that are inverted in the next reading of a received frame.
-    pub disturbance: FrameWords,
     /// Mailboxes with a frame.
     pub mailboxes: [Option<CanFrame>; 3],
     /// What the controller has seen.
@@ -190,31 +188,8 @@ impl CanPort for Port {
         std::mem::take(&mut self.0.borrow_mut().transmitted_since)
     }
 
-    /// Identifier and kind, length, data.
-    fn received(&self) -> Option<FrameWords> {
-        let mut bus = self.0.borrow_mut();
-        let frame = bus.received.front()?;
-        let (id, is_extended) = frame.raw_id();
-        let head = id << 2 | u32::from(is_extended) << 1 | u32::from(frame.is_remote_frame());
-        let [a, b, c, d, e, f, g, h] = frame.bytes();
-        let low = u32::from_le_bytes([a, b, c, d]);
-        let high = u32::from_le_bytes([e, f, g, h]);
-        let words = [head, frame.dlc() as u32, low, high];
-        let disturbance = take(&mut bus.disturbance);
-        Some(std::array::from_fn(|index| {
-            words[index] ^ disturbance[index]
-        }))
-    }
-
-    fn release(&mut self) {
-        self.0.borrow_mut().received.pop_front();
-    }
-
-    fn frame([head, length, low, high]: &FrameWords) -> CanFrame {
-        let mut data = [0; 8];
-        data[..4].copy_from_slice(&low.to_le_bytes());
-        data[4..].copy_from_slice(&high.to_le_bytes());
-        CanFrame::raw(head >> 2, head & 2 != 0, head & 1 != 0, *length as u8, data).unwrap()
+    fn receive(&mut self) -> Option<CanFrame> {
+        self.0.borrow_mut().received.pop_front()
     }
 
     fn take_overrun(&mut self) -> bool {

@@ -1,50 +1,54 @@
-//! What a call of the CANopen device takes from the other tasks, and gives them: parameters to be
-//! saved, updates, the state of the bus and of the queues.
+//! What a communication cycle exchanges with the other tasks: parameters to be saved, updates, the
+//! state of the bus and of the queues.
 
 use cortex_m::peripheral::SCB;
 use drivers::can::AcceptedIds;
-use firmware::timing::CALL_PERIODS;
+use firmware::timing::COMMUNICATION_PERIODS;
 
 use super::{
-    super::{bus_status, timebase, timing::CYCLES_PER_US, update_result::UpdateResult},
-    CanopenTask,
+    super::{
+        bus_status, timebase, timing::CYCLES_PER_US, update_result::UpdateResult,
+        watchdog_supervisor,
+    },
+    CommTask,
 };
 
-impl CanopenTask {
+impl CommTask {
     /// Requests that process data be discarded that has waited for a control period in which no
     /// frame left the board, and has what was discarded sampled anew: after a gap of the bus the
     /// first telemetry is the newest.
     pub(super) fn discard_stale(&mut self) {
-        let (calls, before) = self.waited;
+        let (cycles, before) = self.waited;
         let transmitted = bus_status::transmitted();
-        let waits = self.queues.process_data.has_waiting() && transmitted == before;
-        self.waited = (if waits { calls + 1 } else { 0 }, transmitted);
-        if self.waited.0 >= CALL_PERIODS.len() || !self.queues.process_data.has_room() {
+        let waits = (self.queues.process_data.len() > 0) && transmitted == before;
+        self.waited = (if waits { cycles + 1 } else { 0 }, transmitted);
+        if self.waited.0 >= COMMUNICATION_PERIODS.len() || !self.queues.process_data.ready() {
             bus_status::request_discard();
         }
         let discarded = bus_status::discarded();
         if discarded != self.discarded {
             self.discarded = discarded;
-            self.device.get().repeat_process_data();
+            self.device.repeat_process_data();
         }
     }
 
     pub(super) fn update_diagnostics(&mut self) {
-        let diagnostics = &mut self.device.get().drive.diagnostics;
+        let diagnostics = &mut self.device.drive.diagnostics;
         diagnostics.receive_overflows = bus_status::lost_frames();
         diagnostics.bus_offs = bus_status::bus_offs();
         diagnostics.transmit_overflows = bus_status::discarded();
+        diagnostics.starved_periods = watchdog_supervisor::starved_periods();
         diagnostics.longest_step_us = timebase::longest_step_cycles() / CYCLES_PER_US;
     }
 
     /// Sends a set of parameters to be saved, and takes the result of the last save.
     pub(super) fn exchange_with_store(&mut self) {
         if let Some((is_saved, memory)) = self.queues.save_results.dequeue() {
-            self.device.get().drive.saved(is_saved);
+            self.device.drive.saved(is_saved);
             self.set_to_save = Some(memory);
         }
         if self.set_to_save.is_some()
-            && let Some(set) = self.device.get().drive.take_save()
+            && let Some(set) = self.device.drive.take_save()
             && let Some(memory) = self.set_to_save.take()
         {
             *memory = *set;
@@ -56,14 +60,14 @@ impl CanopenTask {
     /// Sends orders of an update, takes their results, and restarts the processor for the
     /// bootloader.
     pub(super) fn exchange_with_updater(&mut self) {
-        let drive = &mut self.device.get().drive;
+        let drive = &mut self.device.drive;
         match self.queues.update_results.dequeue() {
             Some(UpdateResult::Staged(buffer, result)) => drive.staged(buffer, result),
             Some(UpdateResult::Confirmed(is_written)) => drive.confirmed(is_written),
             Some(UpdateResult::Requested(is_written)) => drive.requested(is_written),
             None => {}
         }
-        if self.queues.to_update.has_room()
+        if self.queues.to_update.ready()
             && let Some(order) = drive.take_update()
         {
             // There is room.
@@ -76,10 +80,10 @@ impl CanopenTask {
 
     /// Sends a change of the bit rate to the CAN controller, and sets its filter.
     pub(super) fn update_controller(&mut self) {
-        if let Some(kbit_s) = self.device.get().drive.take_bit_rate() {
+        if let Some(kbit_s) = self.device.drive.take_bit_rate() {
             bus_status::request_bit_rate(kbit_s);
         }
-        let accepted_ids = AcceptedIds::new(self.device.get().node().identifiers());
+        let accepted_ids = AcceptedIds::new(self.device.node().identifiers());
         self.acceptance.set(&accepted_ids);
     }
 }

@@ -1,0 +1,131 @@
+//! The communication on the board: CANopen node and drive, and their connections to the other
+//! tasks.
+
+mod exchange;
+
+use canopen::CanFrame;
+use embedded_can::Frame as _;
+use firmware::drive::{Device, StoredParameters};
+
+use super::{
+    bus_status,
+    mailboxes::{Mailboxes, Poster, Reader, Telemetry},
+    queues::CommEnds,
+    timing::PWM_PERIOD_US,
+};
+use crate::peripherals::Acceptance;
+
+/// Length of the capture buffer, words: 20 s of eight signals at 250 Hz. An image that is
+/// downloaded lies there until it is staged.
+pub const CAPTURE_WORDS: usize = 40 * 1024;
+
+/// Node, drive, and their connections to the other tasks.
+pub struct CommTask {
+    device: &'static mut Device<'static>,
+    poster: Poster,
+    reader: Reader,
+    queues: CommEnds,
+    /// Memory for the set of the next save; none while a save runs.
+    set_to_save: Option<&'static mut StoredParameters>,
+    /// The filter of the frames that the controller receives.
+    acceptance: Acceptance,
+    /// Number of the PWM period of the last cycle, and its time, us.
+    last_cycle: (u32, u64),
+    /// Cycles in which process data has waited without a frame leaving the board, and the number of
+    /// frames that had left it before.
+    waited: (usize, u32),
+    /// Discarded frames that the device knows of.
+    discarded: u32,
+}
+
+impl CommTask {
+    /// The task of a device, with the filter of its frames.
+    pub fn new(
+        device: &'static mut Device<'static>,
+        (poster, reader): (Poster, Reader),
+        queues: CommEnds,
+        set_to_save: &'static mut StoredParameters,
+        acceptance: Acceptance,
+    ) -> Self {
+        Self {
+            device,
+            poster,
+            reader,
+            queues,
+            set_to_save: Some(set_to_save),
+            acceptance,
+            last_cycle: (0, 0),
+            waited: (0, 0),
+            discarded: 0,
+        }
+    }
+
+    /// A communication cycle, in the PWM period of this number. Returns whether there are frames to
+    /// transmit.
+    pub fn communicate(
+        &mut self,
+        period: u32,
+        mailboxes: &mut impl rtic::Mutex<T = Mailboxes>,
+        telemetry: &mut impl rtic::Mutex<T = Telemetry>,
+    ) -> bool {
+        if let Some(outputs) = self.reader.take(telemetry) {
+            self.device.observe(outputs);
+        }
+        let now_us = self.time_us(period);
+        self.update_diagnostics();
+        self.discard_stale();
+        process_frames(self, now_us);
+        self.exchange_with_store();
+        self.exchange_with_updater();
+        self.update_controller();
+        self.poster.post(&self.device.drive.messages, mailboxes);
+        self.queues.to_transmit.len() > 0 || self.queues.process_data.len() > 0
+    }
+
+    /// Time of a PWM period from its number, which has 31 bits and wraps.
+    fn time_us(&mut self, period: u32) -> u64 {
+        let (last_period, last_us) = self.last_cycle;
+        let elapsed = period.wrapping_sub(last_period) & (u32::MAX >> 1);
+        let now_us = last_us.wrapping_add(u64::from(elapsed) * u64::from(PWM_PERIOD_US));
+        self.last_cycle = (period, now_us);
+        now_us
+    }
+
+    /// Queues as many frames as there is room for; the others remain in the node. An EMCY goes
+    /// before all process data: if some waits it is discarded, also from the mailboxes, and sampled
+    /// again.
+    fn queue_frames(&mut self) {
+        while self.queues.to_transmit.ready()
+            && self.queues.process_data.ready()
+            && let Some(frame) = self.device.transmit::<CanFrame>()
+        {
+            let node = self.device.node();
+            // There is room.
+            let _ = if node.is_process_data(frame.id()) {
+                self.queues.process_data.enqueue(frame)
+            } else {
+                if node.is_emergency(frame.id()) && self.queues.process_data.len() > 0 {
+                    bus_status::request_discard();
+                }
+                self.queues.to_transmit.enqueue(frame)
+            };
+        }
+    }
+}
+
+/// Processes the received frames and due events, and queues the frames to be transmitted. Not
+/// inlined and with a fixed symbol, so that the emulator counts its instructions.
+#[unsafe(no_mangle)]
+#[inline(never)]
+fn process_frames(task: &mut CommTask, now_us: u64) {
+    // Frames that arrive meanwhile wait for the next cycle, so that this one ends.
+    for _ in 0..task.queues.received.len() {
+        let Some(frame) = task.queues.received.dequeue() else {
+            break;
+        };
+        task.device.receive(&frame, now_us);
+        task.queue_frames();
+    }
+    task.device.communicate(now_us);
+    task.queue_frames();
+}

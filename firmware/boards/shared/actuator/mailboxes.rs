@@ -1,0 +1,141 @@
+//! The mailboxes between loop and communication.
+//!
+//! A message is written in memory of its writer, and posted by an exchange of two references: the
+//! communication locks the loop out for some instructions, whatever the size of the message.
+
+use core::mem::swap;
+
+use firmware::{
+    application::Outputs,
+    check_value::Checked,
+    control_loop::{Commands, ExcitationRequest, LoopParameters},
+    drive::Messages,
+    interface::Taken,
+};
+use rtic::Mutex;
+
+/// Memory for a message.
+type Memory<T> = &'static mut Checked<T>;
+
+/// The messages to the loop.
+pub struct Mailboxes {
+    commands: Memory<Commands>,
+    parameters: Memory<LoopParameters>,
+    excitation: Memory<ExcitationRequest>,
+}
+
+/// The messages for a control period.
+pub type ForPeriod<'a> = (&'a Commands, &'a LoopParameters, &'a ExcitationRequest);
+
+impl Mailboxes {
+    /// Mailboxes in this memory, with its messages.
+    pub fn new(memory: &'static mut Messages) -> Self {
+        let Messages {
+            commands,
+            parameters,
+            excitation,
+        } = memory;
+        Self {
+            commands,
+            parameters,
+            excitation,
+        }
+    }
+
+    /// The messages for a control period of a loop that has taken others; `None` if one that it
+    /// will take differs from its check value.
+    pub fn read(&self, taken: &Taken) -> Option<ForPeriod<'_>> {
+        let commands = self.commands.get()?;
+        let is_restart = commands.restarts != taken.restarts;
+        let mut parameters = self.parameters.unverified();
+        if is_restart || parameters.number != taken.parameters {
+            parameters = self.parameters.get()?;
+        }
+        let mut excitation = self.excitation.unverified();
+        if excitation.number != taken.excitation {
+            excitation = self.excitation.get()?;
+        }
+        Some((commands, parameters, excitation))
+    }
+}
+
+/// The end of the communication: memory for the next messages.
+pub struct Poster {
+    spare: Mailboxes,
+    /// Numbers of the parameters and the excitation that were posted last.
+    posted: (u32, u8),
+}
+
+impl Poster {
+    /// A poster with this memory, whose messages are posted already.
+    pub fn new(memory: &'static mut Messages) -> Self {
+        let spare = Mailboxes::new(memory);
+        let parameters = spare.parameters.unverified().number;
+        Self {
+            posted: (parameters, spare.excitation.unverified().number),
+            spare,
+        }
+    }
+
+    /// Posts the commands, and the other messages if they are new.
+    pub fn post(&mut self, messages: &Messages, mailboxes: &mut impl Mutex<T = Mailboxes>) {
+        let spare = &mut self.spare;
+        *spare.commands = messages.commands;
+        mailboxes.lock(|posted| swap(&mut posted.commands, &mut spare.commands));
+        let parameters = messages.parameters.unverified().number;
+        if parameters != self.posted.0 {
+            spare.parameters.clone_from(&messages.parameters);
+            mailboxes.lock(|posted| swap(&mut posted.parameters, &mut spare.parameters));
+        }
+        let excitation = messages.excitation.unverified().number;
+        if excitation != self.posted.1 {
+            *spare.excitation = messages.excitation;
+            mailboxes.lock(|posted| swap(&mut posted.excitation, &mut spare.excitation));
+        }
+        self.posted = (parameters, excitation);
+    }
+}
+
+/// The last outputs of the loop.
+pub struct Telemetry {
+    outputs: Memory<Outputs>,
+    is_new: bool,
+}
+
+impl Telemetry {
+    /// A mailbox in this memory.
+    pub fn new(outputs: Memory<Outputs>) -> Self {
+        Self {
+            outputs,
+            is_new: false,
+        }
+    }
+
+    /// Publishes the outputs of a control period.
+    pub fn publish(&mut self, outputs: &Outputs) {
+        *self.outputs = Checked::new(*outputs);
+        self.is_new = true;
+    }
+}
+
+/// The end of the communication: memory for the outputs that it reads.
+pub struct Reader(Memory<Outputs>);
+
+impl Reader {
+    /// A reader with this memory.
+    pub fn new(memory: Memory<Outputs>) -> Self {
+        Self(memory)
+    }
+
+    /// The outputs that were published since the last call, unless they differ from their check
+    /// value.
+    pub fn take(&mut self, mailbox: &mut impl Mutex<T = Telemetry>) -> Option<&Outputs> {
+        let is_new = mailbox.lock(|mailbox| {
+            if mailbox.is_new {
+                swap(&mut mailbox.outputs, &mut self.0);
+            }
+            core::mem::take(&mut mailbox.is_new)
+        });
+        if is_new { self.0.get() } else { None }
+    }
+}
