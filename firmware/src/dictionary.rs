@@ -1,12 +1,12 @@
 //! The object dictionary, and where the value of each object lives.
 //!
 //! `object-dictionary.csv` is the only declaration of objects and parameters. From each of its
-//! lines `canopen-generator` writes the entry of the const table with its `Location`
-//! (`dictionary/table.rs`), the field that stores the value with default, range and relation
-//! (`parameters/generated.rs`), the electronic data sheet (`docs/smart-actuator.eds`) and the
-//! documentation (`docs/object-dictionary.md`). The generated files are committed, so that a build
-//! does not run the generator; a test compares them with the source. Ranges and defaults of the
-//! control parameters come from `model-core`, to which the lines refer by name.
+//! lines the build script writes the entry of the const table with its `Location`, and the field
+//! that stores the value with default, range and relation (module [`crate::parameters`]);
+//! `canopen-generator` writes the electronic data sheet (`docs/smart-actuator.eds`) and the
+//! documentation (`docs/object-dictionary.md`). These documents are committed, and a test compares
+//! them with the source. Ranges and defaults of the control parameters come from `model-core`, to
+//! which the lines refer by name.
 //!
 //! The declaration is a table and not a Rust macro because clients in other languages read it too,
 //! a line shows all facts of an object side by side, a change is one line of a diff, and the
@@ -15,8 +15,9 @@
 //! Access by SDO or PDO is one lookup: `location` finds the location of an address, and the drive
 //! matches on it.
 
-#[rustfmt::skip]
-mod table;
+mod table {
+    include!(concat!(env!("OUT_DIR"), "/table.rs"));
+}
 #[cfg(test)]
 mod tests;
 

@@ -79,8 +79,9 @@ macro_rules! entries {
     };
 }
 
-#[rustfmt::skip]
-mod generated;
+mod generated {
+    include!(concat!(env!("OUT_DIR"), "/parameters.rs"));
+}
 #[cfg(test)]
 pub(crate) mod tests;
 

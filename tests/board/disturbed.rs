@@ -13,9 +13,6 @@ pub const DATA_CORRUPT: u8 = 22;
 /// The control step that is disturbed, while the shaft moves.
 pub const STEP: u64 = 200;
 
-/// Entries of the computation before it: the first step is computed once.
-pub const ENTRIES: u64 = 2 * STEP - 3;
-
 /// Duration of a run, ms.
 pub const DURATION_MS: u64 = 4 * STEP + 200;
 
@@ -70,9 +67,8 @@ pub fn motion<S>(finished: &Finished<S>) -> Vec<(Bridge, f64)> {
     rows.map(|row| (row.bridge, row.angle_deg)).collect()
 }
 
-/// Whether the board has told that its data are corrupt; otherwise its motion must be the
-/// undisturbed one.
-pub fn is_told(disturbed: &Finished<Driving>, undisturbed: &[(Bridge, f64)]) -> bool {
+/// Whether the board has reported corrupt data; otherwise its motion must be the undisturbed one.
+pub fn is_detected(disturbed: &Finished<Driving>, undisturbed: &[(Bridge, f64)]) -> bool {
     let codes: Vec<_> = faults(disturbed).iter().map(|(_, code)| *code).collect();
     assert!(
         codes.is_empty() || codes.contains(&DATA_CORRUPT),

@@ -1,7 +1,7 @@
 //! Faults of the table, provoked on the emulated board: each is reported by EMCY, and the bridge is
 //! off, within the times of the table.
 
-use board_tests::flips::{device_flip, program_flip};
+use board_tests::flips::{loop_flip, program_flip};
 use board_tests::frames::{faults, write};
 use board_tests::master::{Targets, driven, steps, to_and_fro};
 use board_tests::program::run_master;
@@ -166,7 +166,7 @@ const CASES: [Case; 21] = [
         || at(Fault::StallCore).for_ms(60),
         60 + START_MS,
     ),
-    case(Reported::DataCorrupt, || at(device_flip()), 0),
+    case(Reported::DataCorrupt, || at(loop_flip()), 0),
     case(Reported::ProgramCorrupt, || at(program_flip()), 0),
 ];
 

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use board_tests::flips::{device_flip, program_flip};
+use board_tests::flips::{loop_flip, program_flip};
 use board_tests::frames::{Frame, control, faults, start, target, write};
 use board_tests::master::{ENABLED_TICK, driven};
 use board_tests::program::run_master;
@@ -166,7 +166,7 @@ fn braking_cases() -> Vec<Case> {
         (Reported::LoopOverrun, Fault::StallCore, Some(16)),
         (Reported::BusOff, short, Some(20)),
         (Reported::WatchdogReset, Fault::StallCore, Some(60)),
-        (Reported::DataCorrupt, device_flip(), None),
+        (Reported::DataCorrupt, loop_flip(), None),
         (Reported::ProgramCorrupt, program_flip(), None),
     ]
 }

@@ -1,23 +1,18 @@
-//! Worst cases of the program: instructions of each call, and stack use.
+//! Worst cases of the program: instructions of each handler, and stack use.
 
 use board_tests::frames::{Frame, Sent, sent, standard};
 use board_tests::master::Master;
-use board_tests::program::{firmware, run_script};
+use board_tests::program::{LOOP_PRIORITY, firmware, handlers, run_script};
 use board_tests::workloads::{TICKS, everything};
-use static_bounds::Bounds;
 use virtual_board::faults::{Fault, Planned};
 use virtual_board::plant::BoardPlantOptions;
-use virtual_board::run::{Flow, Options, Script, Span, View};
+use virtual_board::run::{Flow, Handler, Options, Script, Span, View};
 
-/// The interrupts that make up a control step without the node, and how often each runs in a tick.
-const STEP: [(&str, u64); 3] = [("DMA2_STREAM0", 1), ("TIM1_UP_TIM10", 4), ("TIM1_CC", 3)];
+/// The task in which the node runs.
+const NODE: &str = "communication_cycle";
 
-/// The interrupt in which the node runs.
-const NODE: &str = "UART7";
-
-/// Instructions of a millisecond: a call of the node begins at a PWM edge and must end well before
-/// the next one.
-const MILLISECOND: u64 = 168_000;
+/// Instructions of half a control period: what the communication may take of it.
+const HALF_A_PERIOD: u64 = 2 * 168_000;
 
 /// Word that the start-up code fills the stack with (cortex-m-rt).
 const PAINT: u32 = 0xcccc_cccc;
@@ -57,13 +52,13 @@ fn most(spans: &[Span]) -> u64 {
 }
 
 #[test]
-fn the_calls_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_unused() {
+fn the_communication_ends_in_its_control_period_and_a_quarter_of_the_stack_is_unused() {
+    let handlers = handlers();
+    let interrupts = handlers.iter().map(|handler| handler.interrupt.clone());
     let options = Options {
         plant: BoardPlantOptions::realistic(3),
         faults: vec![Planned::at_ms(8150, Fault::CanNoise { frames: 5 })],
-        probes: (STEP.iter().map(|(name, _)| (*name).to_owned()))
-            .chain([NODE, "gather", "device_control", "communicate"].map(str::to_owned))
-            .collect(),
+        probes: interrupts.collect(),
         ..Options::for_ms(4 * TICKS + 100)
     };
     let script = StackProbe {
@@ -88,20 +83,16 @@ fn the_calls_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_unus
     let boot_up = standard(0x701, &[0]);
     let boots = sent.iter().filter(|sent| sent.frame == boot_up);
     assert_eq!(boots.count(), 3, "power-on and two resets");
-    let bounds = Bounds::of_the_board().expect("every loop has a bound");
-    for (name, bound) in &bounds.times {
-        if let Some(spans) = finished.spans.get(*name) {
-            assert!(most(spans) <= bound.instructions, "{name}");
-        }
-    }
-    let step = STEP.map(|(name, times)| times * most(&finished.spans[name]));
-    let call = most(&finished.spans[NODE]);
+    let longest = |handler: &&Handler| most(&finished.spans[&handler.interrupt]);
+    let of_the_loop = handlers.iter().filter(|it| it.priority == LOOP_PRIORITY);
+    let sum: u64 = of_the_loop.map(|it| it.runs * longest(&it)).sum();
+    let node = handlers.iter().find(|it| it.task == NODE).expect("listed");
+    let cycle = longest(&node);
     println!(
-        "the worst control step with its interrupts: {}, the longest call of the node: {call}",
-        step.iter().sum::<u64>()
+        "the loop, each handler in its longest run: {sum}, the longest communication cycle: {cycle}"
     );
-    assert!(step.iter().sum::<u64>() < 5_000);
-    assert!(call < MILLISECOND * 3 / 4, "{call}");
+    assert!(sum < 12_000, "{sum}");
+    assert!(cycle < HALF_A_PERIOD, "{cycle}");
 
     let address = |name| firmware().address(name).expect("a symbol");
     let size = address("_stack_start") - address("_stack_end");
@@ -109,6 +100,5 @@ fn the_calls_of_the_node_end_in_their_periods_and_a_quarter_of_the_stack_is_unus
     let margin_pct = 100 * finished.script.untouched / need;
     println!("stack: {need} bytes of {size} needed, {margin_pct} % left over");
     assert!(finished.script.untouched > 0, "the stack was used up");
-    assert!(need <= bounds.stack.total(), "{:?}", bounds.stack);
     assert!(margin_pct >= MARGIN_PCT, "{margin_pct} %");
 }

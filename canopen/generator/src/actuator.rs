@@ -138,12 +138,26 @@ fn control_parameter(name: &str) -> Option<Declared> {
     })
 }
 
-/// Paths from the root of the repository, and the content of each file.
+/// The Rust source of the dictionary's table, and that of the storage behind it, which the build
+/// script of the crate `firmware` writes.
 ///
 /// # Errors
 ///
 /// Those of [`rows`].
-pub fn files() -> Result<[(&'static str, String); 4], ParseError> {
+pub fn rust_sources() -> Result<[(&'static str, String); 2], ParseError> {
+    let rows = rows()?;
+    Ok([
+        ("table.rs", table(&rows)),
+        ("parameters.rs", storage(&GROUPS, &rows)),
+    ])
+}
+
+/// Paths of the documents from the root of the repository, and their content.
+///
+/// # Errors
+///
+/// Those of [`rows`].
+pub fn documents() -> Result<[(&'static str, String); 2], ParseError> {
     let rows = rows()?;
     let device = Device {
         file: "smart-actuator.eds".into(),
@@ -153,11 +167,6 @@ pub fn files() -> Result<[(&'static str, String); 4], ParseError> {
         bit_rates: vec![125, 250, 500, 1000],
     };
     Ok([
-        ("firmware/src/dictionary/table.rs", table(&rows)),
-        (
-            "firmware/src/parameters/generated.rs",
-            storage(&GROUPS, &rows),
-        ),
         ("docs/smart-actuator.eds", eds(&device, &rows)),
         (
             "docs/object-dictionary.md",

@@ -3,12 +3,12 @@
 use std::fs;
 use std::path::Path;
 
-use canopen_generator::actuator::files;
+use canopen_generator::actuator::documents;
 
 #[test]
-fn table_storage_eds_and_documentation_are_those_of_the_source() {
+fn eds_and_documentation_are_those_of_the_source() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-    for (path, text) in files().expect("a valid source") {
+    for (path, text) in documents().expect("a valid source") {
         let committed = fs::read_to_string(root.join(path)).unwrap_or_default();
         assert!(
             committed == text,

@@ -4,14 +4,17 @@ use virtual_board::faults::{Fault, MemoryLocation};
 
 use crate::program::firmware;
 
-/// A bit of the CANopen device flips: the highest one of its last byte.
+/// Offset of a word of the first copy in the memory of the loop; no padding.
+const IN_FIRST_COPY: u64 = 256;
+
+/// A bit of the first copy of the control loop flips.
 ///
 /// # Panics
 /// If the program has no such variable.
-pub fn device_flip() -> Fault {
-    let device = firmware().symbol_containing("init_device");
-    let place = MemoryLocation::Address(device.expect("a variable").end - 1);
-    Fault::FlipRam { place, bit: 7 }
+pub fn loop_flip() -> Fault {
+    let memory = firmware().address("CONTROL_LOOP").expect("a symbol");
+    let place = MemoryLocation::Address(memory + IN_FIRST_COPY);
+    Fault::FlipRam { place, bit: 3 }
 }
 
 /// A bit of the program flips that is used at the start alone: the initial values of variables are

@@ -1,7 +1,8 @@
-//! The device run natively on the PC, with the plant and the execution order of the emulated board.
+//! The actuator run natively on the PC, with the plant and the execution order of the emulated board.
 
+use firmware::actuator::Actuator;
 use firmware::application::Start;
-use firmware::drive::{Device, StoredParameters};
+use firmware::drive::StoredParameters;
 use firmware::native;
 use firmware::timing::COMMUNICATION_PERIODS;
 use model_core::time::PWM_PERIOD_NS;
@@ -47,7 +48,7 @@ pub struct NativeBoard {
     pub frames: Vec<Frame>,
     plant: SampledBoardPlant,
     rows: Vec<Row>,
-    device: Device<'static>,
+    actuator: Actuator<'static>,
     tick: u64,
 }
 
@@ -65,15 +66,15 @@ impl NativeBoard {
             frames: Vec::new(),
             plant,
             rows,
-            device: Device::new(StoredParameters::DEFAULT, Start::default(), &mut [], 0),
+            actuator: Actuator::new(StoredParameters::DEFAULT, Start::default(), &mut [], 0),
             tick: 0,
         }
     }
 
-    /// Runs a control period; these frames arrive before the first call of the device.
+    /// Runs a control period; these frames arrive before the first communication cycle.
     pub fn tick(&mut self, frames: &[Frame]) {
         let samples = native::samples(&self.plant.sampled());
-        let outputs = self.device.control(&samples);
+        let outputs = self.actuator.control_period(&samples);
         let [first, second] = COMMUNICATION_PERIODS;
         self.communicate(first, frames);
         self.communicate(second, &[]);
@@ -85,19 +86,19 @@ impl NativeBoard {
         self.tick += 1;
     }
 
-    /// The node's call in this PWM period of the tick.
+    /// The communication cycle in this PWM period of the tick.
     fn communicate(&mut self, period: u32, frames: &[Frame]) {
         let now_us = (PERIODS * self.tick + u64::from(period)) * PWM_PERIOD_NS / 1000;
         for frame in frames {
-            self.device.receive(frame, now_us);
+            self.actuator.receive(frame, now_us);
             self.transmit();
         }
-        self.device.communicate(now_us);
+        self.actuator.communicate(now_us);
         self.transmit();
     }
 
     fn transmit(&mut self) {
-        while let Some(frame) = self.device.transmit() {
+        while let Some(frame) = self.actuator.transmit() {
             self.frames.push(frame);
         }
     }

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use cross_build::{board_elf, board_h743_elf};
 use virtual_board::board::ChipKind;
-use virtual_board::run::{Finished, Firmware, Options, Script, run};
+use virtual_board::run::{Finished, Firmware, Handler, Options, Script, run};
 
 use crate::frames::Frame;
 use crate::master::Master;
@@ -25,6 +25,17 @@ pub fn firmware() -> &'static Firmware {
 pub fn firmware_h743() -> &'static Firmware {
     static FIRMWARE: OnceLock<Firmware> = OnceLock::new();
     FIRMWARE.get_or_init(|| Firmware::read(board_h743_elf()).expect("an ELF file"))
+}
+
+/// Priority of the tasks of the control loop.
+pub const LOOP_PRIORITY: u8 = 4;
+
+/// The handlers of the board's program.
+///
+/// # Panics
+/// If it does not list them.
+pub fn handlers() -> Vec<Handler> {
+    firmware().handlers().expect("a list")
 }
 
 /// Registers of the STM32H743 that the emulation only stores: both watchdogs, and the backup

@@ -68,8 +68,9 @@ impl Board for CommBoard {
             chip: core::TARGET,
             clock_hz: COMM_CORE_HZ,
             vector_table: None,
+            protects_memory: false,
         };
-        let spec = core::spec(&self.chip, kind.clock_hz, kind.vector_table);
+        let spec = core::spec(&self.chip, &kind);
         spec.map(|spec| core::target(kind, &mut self.chip, spec, None, None, &self.sleep))
             .into_iter()
             .collect()

@@ -31,32 +31,39 @@ pub(super) fn target<'a>(
 
 /// The core of an STM32F427 as the emulator has it, with one instruction in each cycle of this
 /// clock, and its vector table at the start of the flash or elsewhere.
-pub(crate) fn spec(chip: &Chip, clock_hz: u64, vector_table: Option<u32>) -> Option<CoreSpec> {
+pub(crate) fn spec(chip: &Chip, kind: &CoreKind) -> Option<CoreSpec> {
     let windows = cpu::armv7m::windows(Mcu::bus(chip));
-    let core = core(armv7m::Variant::M4, chip, clock_hz)?;
+    let core = core(armv7m::Variant::M4, chip, kind.clock_hz)?;
     let mut config = armv7m::Config::new(core, &windows);
     config.fpu = armv7m::Fpu::FpV4Sp;
-    config.mpu_regions = armv7m::MpuRegions::Eight;
-    config.vector_table = vector_table;
+    config.mpu_regions = regions(kind, armv7m::MpuRegions::Eight);
+    config.vector_table = kind.vector_table;
     Some(config.spec())
 }
 
 /// The core of an STM32H743 as the emulator has it, with one instruction in each cycle of this
 /// clock.
-pub(crate) fn spec_h743(
-    chip: &ChipH743,
-    clock_hz: u64,
-    vector_table: Option<u32>,
-) -> Option<CoreSpec> {
+pub(crate) fn spec_h743(chip: &ChipH743, kind: &CoreKind) -> Option<CoreSpec> {
     let windows = cpu::armv7m::windows(Mcu::bus(chip));
-    let core = core(armv7m::Variant::M7, chip, clock_hz)?;
+    let core = core(armv7m::Variant::M7, chip, kind.clock_hz)?;
     let mut config = armv7m::Config::new(core, &windows);
     config.fpu = armv7m::Fpu::FpV5Dp;
-    config.mpu_regions = armv7m::MpuRegions::Sixteen;
+    config.mpu_regions = regions(kind, armv7m::MpuRegions::Sixteen);
     config.caches = Some(CACHES);
     // The option bytes have it start there as delivered (RM0433, table 9); the ITCM is at zero.
-    config.vector_table = Some(vector_table.unwrap_or(FLASH));
+    config.vector_table = Some(kind.vector_table.unwrap_or(FLASH));
     Some(config.spec())
+}
+
+/// The regions of the memory protection unit; none without it. A core without one ignores what a
+/// program writes to its registers, as the emulator discards all translated code at each change of
+/// its permissions.
+fn regions(kind: &CoreKind, of_chip: armv7m::MpuRegions) -> armv7m::MpuRegions {
+    if kind.protects_memory {
+        of_chip
+    } else {
+        armv7m::MpuRegions::None
+    }
 }
 
 /// Start of the flash.

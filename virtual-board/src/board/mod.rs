@@ -19,7 +19,7 @@ use rigless::soc::stm32f427::peripherals::spi::Select;
 pub use self::comm::{COMM_CORE_HZ, CommBoard};
 pub use self::encoder_chip::EncoderChip;
 pub(crate) use self::sleep::Sleep;
-use self::spare_cores::CoreKind;
+pub use self::spare_cores::CoreKind;
 use crate::can::Wire;
 use crate::chip::{ActuatorChip, Chip, ChipH743};
 use crate::flash::FlashTimes;
@@ -39,6 +39,8 @@ pub struct ActuatorBoard {
     /// Where the core finds its vector table after a reset, if that is not the start of the flash:
     /// a program that is linked for the slot of the bootloader runs without it.
     pub vector_table: Option<u32>,
+    /// Whether the core has its memory protection unit.
+    pub protects_memory: bool,
     /// How long its core sleeps.
     pub(crate) sleep: Sleep,
 }
@@ -78,6 +80,7 @@ impl ActuatorBoard {
             chip,
             observer: None,
             vector_table: None,
+            protects_memory: false,
             sleep: Sleep::default(),
         })
     }
@@ -125,12 +128,13 @@ impl Board for ActuatorBoard {
 
     fn targets(&mut self) -> Vec<Target<'_>> {
         let observer = self.observer.clone();
-        let spec = self.chip.core(self.vector_table);
         let kind = CoreKind {
             chip: self.chip.name(),
             clock_hz: self.chip.core_hz(),
             vector_table: self.vector_table,
+            protects_memory: self.protects_memory,
         };
+        let spec = self.chip.core(&kind);
         let crc = self.chip.crc_remainder();
         let mcu: &mut dyn Mcu = self.chip.as_mut();
         spec.map(|spec| core::target(kind, mcu, spec, observer, crc, &self.sleep))

@@ -356,12 +356,13 @@ mod tests {
         chip: "reset",
         clock_hz: CORE_HZ,
         vector_table: None,
+        protects_memory: false,
     };
 
     #[test]
     fn the_state_after_a_reset_is_that_of_the_emulators_core() {
         let chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
-        let plain = core::spec(&chip, CORE_HZ, None).unwrap().processor;
+        let plain = core::spec(&chip, &KIND).unwrap().processor;
         let constructors = [
             plain.clone(),
             Resettable::constructor(KIND, plain, None, None, Sleep::default()),

@@ -19,13 +19,15 @@ const MOST: usize = 8;
 
 /// Cores of different kinds execute the same code differently, or start elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct CoreKind {
+pub struct CoreKind {
     /// Name of the chip.
     pub chip: &'static str,
     /// Clock, Hz.
     pub clock_hz: u64,
     /// Where it finds its vector table after a reset, if that is not the start of the flash.
     pub vector_table: Option<u32>,
+    /// Whether it has its memory protection unit.
+    pub protects_memory: bool,
 }
 
 #[derive(Clone, Copy)]

@@ -11,6 +11,7 @@ use rigless::time::VirtualNanos;
 
 use super::crc_unit::Remainder;
 use super::outputs::{CCR4, CNT, CR1, PSC};
+use crate::board::CoreKind;
 use crate::board::EncoderChip;
 use crate::can::{Station, Transfer, Wire};
 use crate::faults::FilterBit;
@@ -26,9 +27,8 @@ pub trait ActuatorChip: Mcu + Send + Debug {
     /// Clock of its core, Hz: one instruction in each cycle.
     fn core_hz(&self) -> u64;
 
-    /// Its core, with its vector table at the start of the flash or elsewhere; `None` if its
-    /// description is inconsistent.
-    fn core(&self, vector_table: Option<u32>) -> Option<CoreSpec>;
+    /// Its core, of this kind; `None` if its description is inconsistent.
+    fn core(&self, kind: &CoreKind) -> Option<CoreSpec>;
 
     /// Address and size of its RAM, bytes.
     fn ram(&self) -> &'static [(u64, u64)];

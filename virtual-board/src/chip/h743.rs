@@ -25,6 +25,7 @@ use rigless::time::VirtualNanos;
 
 use super::ActuatorChip;
 use super::outputs::{self, FULL_SCALE, Leg};
+use crate::board::CoreKind;
 use crate::board::{EncoderChip, SELECT_PIN, core};
 use crate::can::{FdCan, MESSAGE_RAM_BYTES, MessageRam, Station, Transfer, Wire};
 use crate::faults::FilterBit;
@@ -168,8 +169,8 @@ impl ActuatorChip for ChipH743 {
         CORE_HZ
     }
 
-    fn core(&self, vector_table: Option<u32>) -> Option<CoreSpec> {
-        core::spec_h743(self, CORE_HZ, vector_table)
+    fn core(&self, kind: &CoreKind) -> Option<CoreSpec> {
+        core::spec_h743(self, kind)
     }
 
     fn ram(&self) -> &'static [(u64, u64)] {

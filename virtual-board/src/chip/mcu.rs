@@ -14,6 +14,7 @@ use rigless::time::VirtualNanos;
 use super::crc_unit::{CrcUnit, Remainder};
 use super::window_watchdog::WindowWatchdog;
 use super::{ActuatorChip, bus, outputs};
+use crate::board::CoreKind;
 use crate::board::{CORE_HZ, EncoderChip, core};
 use crate::can::{BxCan, Station, Transfer, Wire};
 use crate::faults::FilterBit;
@@ -174,8 +175,8 @@ impl ActuatorChip for Chip {
         CORE_HZ
     }
 
-    fn core(&self, vector_table: Option<u32>) -> Option<CoreSpec> {
-        core::spec(self, CORE_HZ, vector_table)
+    fn core(&self, kind: &CoreKind) -> Option<CoreSpec> {
+        core::spec(self, kind)
     }
 
     fn ram(&self) -> &'static [(u64, u64)] {

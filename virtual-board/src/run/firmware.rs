@@ -59,6 +59,32 @@ pub struct Firmware {
     symbols: BTreeMap<String, Symbol>,
 }
 
+/// A handler of the program: a line of its section `.handlers`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Handler {
+    /// The interrupt, whose symbol is that of the handler.
+    pub interrupt: String,
+    /// The task.
+    pub task: String,
+    /// Its priority; a higher number preempts a lower one.
+    pub priority: u8,
+    /// Runs in a control period; 0 for a handler that depends on the bus.
+    pub runs: u64,
+}
+
+impl Handler {
+    fn parse(line: &str) -> Option<Self> {
+        let fields: Vec<&str> = line.split(',').collect();
+        let [interrupt, task, priority, runs] = fields.try_into().ok()?;
+        Some(Self {
+            interrupt: interrupt.into(),
+            task: task.into(),
+            priority: priority.parse().ok()?,
+            runs: runs.parse().ok()?,
+        })
+    }
+}
+
 impl Firmware {
     /// Reads an ELF file.
     ///
@@ -120,6 +146,20 @@ impl Firmware {
         section.map_or(0..0, |section| {
             section.address()..section.address() + section.size()
         })
+    }
+
+    /// The handlers that the program lists.
+    ///
+    /// # Errors
+    /// The file has no list, or one that cannot be read.
+    pub fn handlers(&self) -> Result<Vec<Handler>, FirmwareError> {
+        let file = object::File::parse(&*self.bytes).ok();
+        let section = file
+            .as_ref()
+            .and_then(|file| file.section_by_name(".handlers"));
+        let lines = section.and_then(|section| String::from_utf8(section.data().ok()?.into()).ok());
+        let handlers = lines.and_then(|lines| lines.lines().map(Handler::parse).collect());
+        handlers.ok_or_else(|| self.no_symbol(".handlers"))
     }
 
     /// Address of the vector table, if it is not at the start of the flash.

@@ -23,7 +23,7 @@ use rigless::time::VirtualNanos;
 
 pub use comm::{CommFinished, CommOptions, CommView, SerialScript, run_comm};
 pub use finished::{Finished, Gaps};
-pub use firmware::{Firmware, FirmwareError};
+pub use firmware::{Firmware, FirmwareError, Handler};
 pub use options::Options;
 pub use probe::Span;
 pub use rigless::device::ResetCause;
@@ -110,6 +110,7 @@ pub fn run_with<S: Script + 'static>(
     places::check(&options.faults, firmware, board.chip.ram())?;
     board.observer = attachments.observer;
     board.vector_table = firmware.vector_table();
+    board.protects_memory = options.protects_memory;
     let contents = options.contents.clone();
     let driver = Lockstep::try_new(firmware, options, script, attachments.bus)?;
     let until = VirtualNanos(driver.next_ns(0));

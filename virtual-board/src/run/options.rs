@@ -27,6 +27,8 @@ pub struct Options {
     pub contents: Vec<(u64, Vec<u8>)>,
     /// Whether the trace keeps its rows; otherwise it only computes their hash.
     pub keeps_trace: bool,
+    /// Whether the core has its memory protection unit: a run takes some sixty times longer.
+    pub protects_memory: bool,
     /// End of the run, ns of virtual time.
     pub until_ns: u64,
 }
@@ -48,6 +50,7 @@ impl Options {
             servo_us: None,
             contents: Vec::new(),
             keeps_trace: true,
+            protects_memory: false,
             until_ns: ms * 1_000_000,
         }
     }

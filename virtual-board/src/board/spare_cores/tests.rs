@@ -37,6 +37,7 @@ fn kind(test: &'static str) -> CoreKind {
         chip: test,
         clock_hz: CORE_HZ,
         vector_table: None,
+        protects_memory: false,
     }
 }
 
@@ -61,7 +62,7 @@ impl Run {
     /// the second in the RAM.
     fn new(kind: CoreKind, [first, second]: [u16; 2]) -> Self {
         let chip = Chip::try_new(None, FlashTimes::TYPICAL, 0).unwrap();
-        let plain = core::spec(&chip, CORE_HZ, None).unwrap().processor;
+        let plain = core::spec(&chip, &kind).unwrap().processor;
         let sleep = Sleep::default();
         let constructor = Resettable::constructor(kind, plain, None, None, sleep.clone());
         let mut core = constructor(Endian::Little).unwrap();
