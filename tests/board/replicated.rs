@@ -1,70 +1,78 @@
 //! Bits that flip in the memory of the loop or of a mailbox are detected, or have no effect.
 
+use std::ops::Range;
+
+use board_tests::flips::in_first_copy;
 use board_tests::frames::faults;
 use board_tests::program::firmware;
 use virtual_board::plant::Bridge;
+use virtual_board::trace::Row;
 
 use crate::disturbed::{DATA_CORRUPT, DURATION_MS, Flip, STEP, frames, is_detected, motion, run};
 
-/// Flips in each range of memory: one that is relatively prime to all sizes of fields.
-const STRIDE: usize = 97;
+/// Bytes between two flips in the memory of the loop, and in that of the mailboxes: primes, so that
+/// they meet every kind of field.
+const STRIDES: [usize; 2] = [211, 61];
 
-/// Whether each flip in a range of memory, before this function in a control period, is detected.
-/// Those that are not must have no effect.
-fn detected(memory: std::ops::Range<u64>, before: &'static str, entry: u64) -> Vec<(u64, bool)> {
+/// The number of flips in a range of memory, before this entry of a function, and how many of them
+/// are detected. Those that are not must have no effect.
+fn detected(memory: Range<u64>, stride: usize, before: &'static str, entry: u64) -> (usize, usize) {
     let undisturbed = motion(&run(frames, DURATION_MS, None));
-    let flips = memory.step_by(STRIDE).map(|byte| {
-        let flip = Flip {
-            address: byte & !3,
-            bit: (8 * (byte % 4) + byte / 4 % 8) as u32,
-            before,
-            entry,
-        };
-        (
-            byte,
-            is_detected(&run(frames, DURATION_MS, Some(flip)), &undisturbed),
-        )
-    });
-    flips.collect()
+    let flips: Vec<bool> = memory
+        .step_by(stride)
+        .map(|byte| {
+            let flip = Flip {
+                address: byte & !3,
+                bit: (8 * (byte % 4) + byte / 4 % 8) as u32,
+                before,
+                entry,
+            };
+            is_detected(&run(frames, DURATION_MS, Some(flip)), &undisturbed)
+        })
+        .collect();
+    let found = flips.iter().filter(|is_detected| **is_detected).count();
+    println!("before {before}: {found} of {} detected", flips.len());
+    (flips.len(), found)
 }
 
 /// The static memory of a name.
-fn variable(name: &str) -> std::ops::Range<u64> {
+fn variable(name: &str) -> Range<u64> {
     firmware().symbol_containing(name).expect("a variable")
 }
 
 #[test]
 fn a_flip_in_the_memory_of_the_loop_is_detected_or_without_effect() {
     for before in ["first_copy", "second_copy"] {
-        let found = detected(variable("CONTROL_LOOP"), before, STEP);
-        let count = found.iter().filter(|(_, is_detected)| *is_detected).count();
-        println!("before {before}: {count} of {} detected", found.len());
-        // Half of the memory is the copies, the rest is unused.
-        assert!(count > found.len() / 4, "{found:?}");
+        let (flips, found) = detected(variable("CONTROL_LOOP"), STRIDES[0], before, STEP);
+        // The copies take most of the memory; a part of them is unused, such as an excitation.
+        assert!(found > flips / 4, "{found} of {flips}");
     }
 }
 
 #[test]
-fn a_flip_in_a_posted_or_a_new_message_is_detected_or_without_effect() {
-    for name in ["messages", "outputs"] {
-        let found = detected(
-            variable(&format!("init_{name}")),
-            "process_frames",
-            2 * STEP,
-        );
-        let count = found.iter().filter(|(_, is_detected)| *is_detected).count();
-        println!("{name}: {count} of {} detected", found.len());
-        // The loop reads the commands in every control period.
-        assert!(name != "messages" || count > 0, "{found:?}");
-    }
+fn a_flip_in_a_posted_message_is_detected_or_without_effect() {
+    // The loop verifies the commands in every control period, and other messages when they are new.
+    let (_, found) = detected(
+        variable("init_messages"),
+        STRIDES[1],
+        "finish_sampling",
+        STEP,
+    );
+    assert!(found > 0);
+    detected(
+        variable("init_outputs"),
+        STRIDES[1],
+        "process_frames",
+        2 * STEP,
+    );
 }
 
 #[test]
 fn a_difference_brakes_the_motor_before_the_output_of_the_first_copy_acts() {
-    let address = variable("CONTROL_LOOP").start + 256;
+    let (address, bit) = in_first_copy();
     let flip = Flip {
         address,
-        bit: 3,
+        bit,
         before: "second_copy",
         entry: STEP,
     };
@@ -72,15 +80,12 @@ fn a_difference_brakes_the_motor_before_the_output_of_the_first_copy_acts() {
     let faults = faults(&finished);
     let (at_ns, fault) = *faults.first().expect("a message");
     assert_eq!(fault, DATA_CORRUPT);
-    let edges = finished.trace.rows.iter().map(|row| row.at_ns);
-    let last_edge = edges.filter(|edge_ns| *edge_ns < at_ns).last();
     // The EMCY message follows in the communication cycle at the edge from which the motor brakes.
-    let braked = |row: &&virtual_board::trace::Row| row.bridge == Bridge::Brake;
-    let first_braked = finished.trace.rows.iter().find(braked).expect("it brakes");
-    let edge_ns = last_edge.expect("an edge before the message");
-    assert!(
-        first_braked.at_ns <= edge_ns,
-        "{} {edge_ns}",
-        first_braked.at_ns
-    );
+    let rows = &finished.trace.rows;
+    let edges_ns = rows.iter().map(|row| row.at_ns);
+    let last_edge_ns = edges_ns.filter(|edge_ns| *edge_ns < at_ns).max();
+    let is_driven = |row: &&Row| matches!(row.bridge, Bridge::Driven { .. });
+    let last_driven = rows.iter().rev().find(is_driven).expect("it was driven");
+    // A row has the state up to its edge.
+    assert_eq!(Some(last_driven.at_ns), last_edge_ns);
 }

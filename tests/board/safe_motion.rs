@@ -266,7 +266,7 @@ const RESTART_MS: u64 = 48 + 15;
 
 #[test]
 fn a_program_whose_flash_makes_each_control_step_fail_brakes_before_it() {
-    let place = MemoryLocation::Symbol("device_control".into());
+    let place = MemoryLocation::Symbol("first_copy".into());
     let flip = Fault::FlipFlash {
         place,
         bit: PUSH_TO_POP,

@@ -1,7 +1,5 @@
 //! The parameters of the control loop, as one message.
 
-use core::hash::{Hash, Hasher};
-
 use canopen::cia402::Parameters as AxisParameters;
 
 use super::axis_parameters::axis_parameters;
@@ -12,7 +10,7 @@ use crate::{
 };
 
 /// Everything that the loop uses and a front end can set.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct LoopParameters {
     /// Number of the message; another number is a new message. Wraps.
     pub number: u32,
@@ -54,18 +52,4 @@ impl LoopParameters {
 /// The ripple of the current in the motor that these values describe.
 fn ripple(values: &ObjectValues) -> Ripple {
     Ripple::of(values.model.resistance_ohm, values.model.inductance_h)
-}
-
-impl Hash for LoopParameters {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        let Self {
-            number,
-            board,
-            axis,
-            failsafe,
-            ripple,
-        } = self;
-        (number, board, axis, failsafe).hash(state);
-        (ripple.numbers()).for_each(|number| state.write_u32(number.to_bits()));
-    }
 }

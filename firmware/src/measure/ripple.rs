@@ -31,13 +31,31 @@ const STEP_COUNTS: u32 = PWM_COUNTS as u32 / STEPS as u32;
 /// Counts of the dead time: the on time begins so much after the edge.
 const DEAD_COUNTS: f32 = 168.0 / TIMER_DIVIDER as f32;
 
-/// The factors for one duty.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+/// The factors for one duty, as the bits of single precision: as words they are equal if and only if
+/// every bit is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 struct Factors {
+    excess_bits: u32,
+    variance_bits: u32,
+}
+
+impl Factors {
+    fn new(excess: f32, variance: f32) -> Self {
+        Self {
+            excess_bits: excess.to_bits(),
+            variance_bits: variance.to_bits(),
+        }
+    }
+
     /// `x(sample) - duty`.
-    excess: f32,
+    fn excess(self) -> f32 {
+        f32::from_bits(self.excess_bits)
+    }
+
     /// `mean of x^2 - duty^2`.
-    variance: f32,
+    fn variance(self) -> f32 {
+        f32::from_bits(self.variance_bits)
+    }
 }
 
 /// The current over a PWM period.
@@ -52,11 +70,11 @@ pub struct PeriodCurrent {
 }
 
 /// The factors for all duties, for one winding.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub struct Ripple {
     table: [Factors; STEPS + 1],
-    /// 1/R, 1/ohm.
-    conductance: f32,
+    /// 1/R, 1/ohm, as the bits of single precision.
+    conductance_bits: u32,
 }
 
 impl Ripple {
@@ -70,20 +88,17 @@ impl Ripple {
         }
         Self {
             table,
-            conductance: 1.0 / resistance_ohm,
+            conductance_bits: (1.0 / resistance_ohm).to_bits(),
         }
     }
 
-    /// Every number of it, for a check value.
-    pub(crate) fn numbers(&self) -> impl Iterator<Item = f32> + '_ {
-        let table = self.table.iter();
-        let table = table.flat_map(|factors| [factors.excess, factors.variance]);
-        table.chain([self.conductance])
+    fn conductance(&self) -> f32 {
+        f32::from_bits(self.conductance_bits)
     }
 
     /// The current of a back-EMF alone, mA.
     pub fn of_back_emf_ma(&self, back_emf_mv: i32) -> i32 {
-        (back_emf_mv as f32 * self.conductance) as i32
+        (back_emf_mv as f32 * self.conductance()) as i32
     }
 
     /// Mean and mean square of the current that was sampled in a period with this compare value,
@@ -109,9 +124,9 @@ impl Ripple {
         let beyond = (counts % STEP_COUNTS) as f32 * (1.0 / STEP_COUNTS as f32);
         let at = |step: usize| self.table.get(step.min(STEPS)).copied().unwrap_or_default();
         let (low, high) = (at(step), at(step + 1));
-        let excess = low.excess + (high.excess - low.excess) * beyond;
-        let variance = low.variance + (high.variance - low.variance) * beyond;
-        let full_ma = supply_mv as f32 * self.conductance;
+        let excess = low.excess() + (high.excess() - low.excess()) * beyond;
+        let variance = low.variance() + (high.variance() - low.variance()) * beyond;
+        let full_ma = supply_mv as f32 * self.conductance();
         let signed_ma = if compare.get() < 0 { -full_ma } else { full_ma };
         let mean_ma = sampled_ma as f32 - signed_ma * excess;
         PeriodCurrent {
@@ -152,10 +167,7 @@ fn factors_at(counts: u32, decay: f32) -> Factors {
         duty - 2.0 * below * (1.0 - on) / decay + below * below * (1.0 - on * on) / (2.0 * decay);
     let square_off = end * end * (1.0 - off * off) / (2.0 * decay);
     let variance = (square_on + square_off - duty * duty).max(0.0);
-    Factors {
-        excess: sampled - duty,
-        variance,
-    }
+    Factors::new(sampled - duty, variance)
 }
 
 #[cfg(test)]

@@ -76,11 +76,6 @@ impl Replicated {
         &self.first
     }
 
-    /// The second copy.
-    pub fn second(&self) -> &Loop {
-        &self.second
-    }
-
     /// The faults after which the motor brakes, by either copy: at most one of them is wrong.
     pub fn braking_faults(&self) -> FaultSet {
         let [first, second] = [&self.first, &self.second].map(|copy| copy.application());

@@ -90,15 +90,6 @@ impl Shutdown {
         self.has_begun.is_set()
     }
 
-    /// The command to the bridge.
-    pub fn bridge(&self) -> Bridge {
-        if self.brakes.is_set() {
-            Bridge::Brake
-        } else {
-            Bridge::Coast
-        }
-    }
-
     /// The outputs of one control period, after the last ones of the loop; `None` when the
     /// processor is to be restarted.
     pub fn step(&mut self, last: &Outputs) -> Option<Outputs> {
@@ -112,7 +103,11 @@ impl Shutdown {
             Fault::DataCorrupt
         };
         let mut outputs = *last;
-        outputs.bridge = self.bridge();
+        outputs.bridge = if self.brakes.is_set() {
+            Bridge::Brake
+        } else {
+            Bridge::Coast
+        };
         outputs.state = BoardState::Fault;
         outputs.fault = Some(fault);
         outputs.motion.state = Cia402State::Fault;

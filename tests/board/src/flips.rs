@@ -4,17 +4,27 @@ use virtual_board::faults::{Fault, MemoryLocation};
 
 use crate::program::firmware;
 
-/// Offset of a word of the first copy in the memory of the loop; no padding.
-const IN_FIRST_COPY: u64 = 256;
+/// Offset in the memory of the loop, and a bit, of a parameter of the first copy.
+const IN_FIRST_COPY: (u64, u32) = (0x9e4, 1);
+
+/// Address and bit of a parameter of the first copy of the control loop.
+///
+/// # Panics
+/// If the program has no such memory.
+pub fn in_first_copy() -> (u64, u32) {
+    let (offset, bit) = IN_FIRST_COPY;
+    let memory = firmware().address("CONTROL_LOOP").expect("a symbol");
+    (memory + offset, bit)
+}
 
 /// A bit of the first copy of the control loop flips.
 ///
 /// # Panics
 /// If the program has no such variable.
 pub fn loop_flip() -> Fault {
-    let memory = firmware().address("CONTROL_LOOP").expect("a symbol");
-    let place = MemoryLocation::Address(memory + IN_FIRST_COPY);
-    Fault::FlipRam { place, bit: 3 }
+    let (address, bit) = in_first_copy();
+    let place = MemoryLocation::Address(address);
+    Fault::FlipRam { place, bit }
 }
 
 /// A bit of the program flips that is used at the start alone: the initial values of variables are

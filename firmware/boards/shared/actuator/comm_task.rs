@@ -3,7 +3,8 @@
 
 mod exchange;
 
-use canopen::CanFrame;
+use canopen::{CanFrame, NmtState, NodeId};
+use drivers::can::AcceptedIds;
 use embedded_can::Frame as _;
 use firmware::drive::{Device, StoredParameters};
 
@@ -29,6 +30,7 @@ pub struct CommTask {
     set_to_save: Option<&'static mut StoredParameters>,
     /// The filter of the frames that the controller receives.
     acceptance: Acceptance,
+    accepted_ids: AcceptedIds,
     /// Number of the PWM period of the last cycle, and its time, us.
     last_cycle: (u32, u64),
     /// Cycles in which process data has waited without a frame leaving the board, and the number of
@@ -45,7 +47,7 @@ impl CommTask {
         (poster, reader): (Poster, Reader),
         queues: CommEnds,
         set_to_save: &'static mut StoredParameters,
-        acceptance: Acceptance,
+        (acceptance, accepted_ids): (Acceptance, AcceptedIds),
     ) -> Self {
         Self {
             device,
@@ -54,6 +56,7 @@ impl CommTask {
             queues,
             set_to_save: Some(set_to_save),
             acceptance,
+            accepted_ids,
             last_cycle: (0, 0),
             waited: (0, 0),
             discarded: 0,
@@ -74,12 +77,25 @@ impl CommTask {
         let now_us = self.time_us(period);
         self.update_diagnostics();
         self.discard_stale();
-        process_frames(self, now_us);
+        let identity = self.identity();
+        let has_received = process_frames(self, now_us);
         self.exchange_with_store();
         self.exchange_with_updater();
-        self.update_controller();
+        self.forward_bit_rate();
+        // Only a received frame, or the end of a service, changes the identifiers.
+        if has_received || self.identity() != identity {
+            self.accepted_ids = AcceptedIds::new(self.device.node().identifiers());
+        }
+        // In every cycle: it restores a register that has changed.
+        self.acceptance.set(&self.accepted_ids);
         self.poster.post(&self.device.drive.messages, mailboxes);
         self.queues.to_transmit.len() > 0 || self.queues.process_data.len() > 0
+    }
+
+    /// NMT state and node-ID.
+    fn identity(&self) -> (NmtState, Option<NodeId>) {
+        let node = self.device.node();
+        (node.state(), node.node_id())
     }
 
     /// Time of a PWM period from its number, which has 31 bits and wraps.
@@ -113,13 +129,15 @@ impl CommTask {
     }
 }
 
-/// Processes the received frames and due events, and queues the frames to be transmitted. Not
-/// inlined and with a fixed symbol, so that the emulator counts its instructions.
+/// Processes the received frames and due events, and queues the frames to be transmitted; returns
+/// whether frames were received. Not inlined and with a fixed symbol, so that the emulator counts
+/// its instructions.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn process_frames(task: &mut CommTask, now_us: u64) {
+fn process_frames(task: &mut CommTask, now_us: u64) -> bool {
     // Frames that arrive meanwhile wait for the next cycle, so that this one ends.
-    for _ in 0..task.queues.received.len() {
+    let received = task.queues.received.len();
+    for _ in 0..received {
         let Some(frame) = task.queues.received.dequeue() else {
             break;
         };
@@ -128,4 +146,5 @@ fn process_frames(task: &mut CommTask, now_us: u64) {
     }
     task.device.communicate(now_us);
     task.queue_frames();
+    received > 0
 }

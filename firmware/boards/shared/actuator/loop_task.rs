@@ -6,12 +6,13 @@ use firmware::{
     application::{Outputs, Samples},
     control_loop::{Inputs, Loop},
     faults::Fault,
-    interface::Taken,
     replicated::{Replicated, Shutdown},
 };
 
 use super::{
-    mailboxes::Mailboxes, program_check, shutdown, watchdog_supervisor::WatchdogSupervisor,
+    mailboxes::{ForPeriod, Mailboxes},
+    program_check, shutdown,
+    watchdog_supervisor::WatchdogSupervisor,
 };
 use crate::peripherals::ActuatorBridge;
 
@@ -72,15 +73,16 @@ impl LoopTask {
             self.begin_shutdown(Fault::ProgramCorrupt);
         }
         if !self.shutdown.has_begun() {
-            let taken = self.copies.first().taken();
-            match inputs(samples, mailboxes, taken, self.was_late) {
-                Some(inputs) => self.outputs = first_copy(&mut self.copies, &inputs),
+            match mailboxes.verify(self.copies.first().taken()) {
+                Some(messages) => {
+                    let inputs = inputs(samples, messages, self.was_late);
+                    self.outputs = first_copy(&mut self.copies, &inputs);
+                }
                 None => self.begin_shutdown(Fault::DataCorrupt),
             }
         }
         if self.shutdown.has_begun() {
-            let outputs = self.shutdown.step(&self.outputs);
-            self.outputs = outputs.unwrap_or_else(|| shutdown::restart());
+            self.shut_down();
         }
         bridge.command(self.outputs.bridge);
         self.is_late = bridge.timer().is_late();
@@ -98,16 +100,23 @@ impl LoopTask {
             // A wrong result may have switched the bridge off.
             self.was_driven |= bridge.is_on();
             self.begin_shutdown(Fault::DataCorrupt);
-            bridge.command(self.shutdown.bridge());
+            self.shut_down();
+            bridge.command(self.outputs.bridge);
         }
         self.watchdog.end_step(self.is_late);
         &self.outputs
     }
 
     fn agrees(&mut self, samples: &Samples, mailboxes: &Mailboxes) -> bool {
-        let taken = self.copies.second().taken();
-        let inputs = inputs(samples, mailboxes, taken, self.was_late);
-        inputs.is_some_and(|inputs| second_copy(&mut self.copies, &inputs, &self.outputs))
+        // A message that has changed since the first copy has read it makes a difference.
+        let inputs = inputs(samples, mailboxes.read(), self.was_late);
+        second_copy(&mut self.copies, &inputs, &self.outputs)
+    }
+
+    /// The outputs of a control period of the shutdown, or the restart at its end.
+    fn shut_down(&mut self) {
+        let outputs = self.shutdown.step(&self.outputs);
+        self.outputs = outputs.unwrap_or_else(|| shutdown::restart());
     }
 
     /// The motor brakes if it was driven, unless the parameters exclude it.
@@ -118,20 +127,17 @@ impl LoopTask {
     }
 }
 
-/// The inputs of a copy that has taken these messages; `None` if a message that it will take
-/// differs from its check value.
+/// The inputs of a copy.
 fn inputs<'a>(
     samples: &'a Samples,
-    mailboxes: &'a Mailboxes,
-    taken: &Taken,
+    (commands, parameters, excitation): ForPeriod<'a>,
     was_late: bool,
-) -> Option<Inputs<'a>> {
-    let (commands, parameters, excitation) = mailboxes.read(taken)?;
-    Some(Inputs {
+) -> Inputs<'a> {
+    Inputs {
         samples,
         was_late,
         commands,
         parameters,
         excitation,
-    })
+    }
 }

@@ -42,20 +42,28 @@ impl Mailboxes {
         }
     }
 
+    /// The messages.
+    pub fn read(&self) -> ForPeriod<'_> {
+        let parameters = self.parameters.unverified();
+        (
+            self.commands.unverified(),
+            parameters,
+            self.excitation.unverified(),
+        )
+    }
+
     /// The messages for a control period of a loop that has taken others; `None` if one that it
     /// will take differs from its check value.
-    pub fn read(&self, taken: &Taken) -> Option<ForPeriod<'_>> {
+    pub fn verify(&self, taken: &Taken) -> Option<ForPeriod<'_>> {
         let commands = self.commands.get()?;
         let is_restart = commands.restarts != taken.restarts;
-        let mut parameters = self.parameters.unverified();
-        if is_restart || parameters.number != taken.parameters {
-            parameters = self.parameters.get()?;
+        if is_restart || self.parameters.unverified().number != taken.parameters {
+            self.parameters.get()?;
         }
-        let mut excitation = self.excitation.unverified();
-        if excitation.number != taken.excitation {
-            excitation = self.excitation.get()?;
+        if self.excitation.unverified().number != taken.excitation {
+            self.excitation.get()?;
         }
-        Some((commands, parameters, excitation))
+        Some(self.read())
     }
 }
 

@@ -223,7 +223,7 @@ macro_rules! actuator_program {
                         (poster, reader),
                         ends.comm,
                         cx.local.set_to_save.write(loaded.parameters),
-                        acceptance,
+                        (acceptance, initial_ids),
                     ),
                     background: Background {
                         queues: ends.background,

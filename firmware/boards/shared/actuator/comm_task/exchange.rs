@@ -2,7 +2,6 @@
 //! state of the bus and of the queues.
 
 use cortex_m::peripheral::SCB;
-use drivers::can::AcceptedIds;
 use firmware::timing::COMMUNICATION_PERIODS;
 
 use super::{
@@ -78,12 +77,10 @@ impl CommTask {
         }
     }
 
-    /// Sends a change of the bit rate to the CAN controller, and sets its filter.
-    pub(super) fn update_controller(&mut self) {
+    /// Sends a change of the bit rate to the CAN controller.
+    pub(super) fn forward_bit_rate(&mut self) {
         if let Some(kbit_s) = self.device.drive.take_bit_rate() {
             bus_status::request_bit_rate(kbit_s);
         }
-        let accepted_ids = AcceptedIds::new(self.device.node().identifiers());
-        self.acceptance.set(&accepted_ids);
     }
 }
