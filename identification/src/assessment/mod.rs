@@ -13,7 +13,8 @@ pub use nonparametric::NonparametricAnalysis;
 use super::{
     engine::predict,
     experiment::Experiment,
-    fit::{ExperimentFit, Fit},
+    experiment_fit::ExperimentFit,
+    fit::Fit,
     problem::{IdentifyError, Problem},
     recording::Recording,
     statistics::{Correlations, Criteria, Quality},
