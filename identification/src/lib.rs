@@ -31,6 +31,7 @@ pub mod fit;
 pub mod frequency;
 pub mod hybrid;
 pub mod levenberg;
+pub mod limited;
 pub mod loss;
 pub mod model;
 pub mod models;

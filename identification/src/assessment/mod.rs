@@ -1,13 +1,12 @@
 //! The assessment of a fit: quality, residuals, limits, validation, and warnings.
 
 mod extrapolation;
-pub mod limited;
 pub mod nonparametric;
 mod warnings;
 
 use std::sync::Arc;
 
-pub use limited::{Limited, Stretch};
+pub use crate::limited::{Limited, Stretch};
 pub use nonparametric::NonparametricAnalysis;
 
 use super::{
