@@ -50,6 +50,7 @@ extern crate std;
 mod abort;
 mod application;
 pub mod cia402;
+pub mod cob_id;
 pub mod dictionary;
 mod emergency;
 mod frame;

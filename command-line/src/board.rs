@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
 use std::time::{Duration, Instant};
 
+use canopen::cob_id;
 use clap::{Args, ValueEnum};
 use virtual_board::can::{Frame, Id};
 use virtual_board::faults::{Planned, parse_plan};
@@ -181,7 +182,7 @@ impl Session {
 }
 
 /// Boot-up of the node, and the NMT command that starts it.
-const BOOT_UP: Id = Id::Standard(0x701);
+const BOOT_UP: Id = Id::Standard(cob_id::HEARTBEAT as u16 + 1);
 const START: [u8; 2] = [1, 1];
 
 impl Script for Session {

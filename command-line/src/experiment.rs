@@ -193,7 +193,8 @@ impl Experiment {
             bench.values[index] = table[index].check(setting.value)?;
         }
         let free = ParameterOption::new("--free", &self.free);
-        ParameterOption::new("--fix", &self.fix).without(&free, &table)?;
+        let fix = ParameterOption::new("--fix", &self.fix);
+        fix.without(&free, &table).map_err(Error::Conflict)?;
         for (names, is_free) in [(&self.free, true), (&self.fix, false)] {
             for name in names {
                 bench.free[place(name)?] = is_free;

@@ -14,7 +14,7 @@ use identification::data::ImportError;
 
 use crate::{
     file::{CheckError, WriteError},
-    plot, trace_file,
+    plot,
 };
 
 /// Why a run, an analysis or a file is refused.
@@ -116,20 +116,6 @@ impl From<plot::Error> for Error {
                 value: path.display().to_string(),
                 expected: plot::EXPECTED_NAME,
             },
-        }
-    }
-}
-
-impl From<trace_file::Error> for Error {
-    fn from(error: trace_file::Error) -> Self {
-        match error {
-            trace_file::Error::Write(error) => error.into(),
-            trace_file::Error::Name(path) => Self::Option {
-                option: "--out",
-                value: path.display().to_string(),
-                expected: trace_file::EXPECTED_NAME,
-            },
-            refused => Self::Conflict(refused.to_string()),
         }
     }
 }

@@ -12,25 +12,39 @@ use crate::{
     table::Table,
 };
 
-/// One part of a section.
+/// A part of a section. Empty lines separate the paragraphs of a text.
 #[derive(Debug, Clone, PartialEq)]
-enum Block {
+pub enum Block {
+    /// Text.
     Text(String),
+    /// A box that explains how to read the section.
     Note(String),
-    Warning {
-        title: String,
-        text: String,
-    },
-    Collapsed {
-        title: String,
-        warnings: Vec<String>,
-    },
-    Figures {
-        /// Number of the first figure in the page.
-        first: usize,
-        figures: Vec<Figure>,
-    },
+    /// A box that reports a problem, with a title that may be empty.
+    Warning(String, String),
+    /// Warnings that are hidden until the reader opens their title.
+    Collapsed(String, Vec<String>),
+    /// Figures; several are small, two side by side where the window is wide enough.
+    Figures(Vec<Figure>),
+    /// A table.
     Table(Table),
+}
+
+impl From<&str> for Block {
+    fn from(text: &str) -> Self {
+        Self::Text(text.into())
+    }
+}
+
+impl From<Figure> for Block {
+    fn from(figure: Figure) -> Self {
+        Self::Figures(vec![figure])
+    }
+}
+
+impl From<Table> for Block {
+    fn from(table: Table) -> Self {
+        Self::Table(table)
+    }
 }
 
 /// A titled part of a page.
@@ -41,72 +55,12 @@ pub struct Section {
 }
 
 impl Section {
-    /// Creates an empty section.
-    ///
-    /// ```
-    /// # use host_sim::page::{Page, Section};
-    /// let html = Page::new("Report").section(Section::new("Steps").note("by eye")).render();
-    /// assert_eq!(html.matches("by eye").count(), 1);
-    /// ```
-    pub fn new(title: impl Into<String>) -> Self {
+    /// Creates a section.
+    pub fn new(title: impl Into<String>, blocks: impl Into<Vec<Block>>) -> Self {
         Self {
             title: title.into(),
-            blocks: Vec::new(),
+            blocks: blocks.into(),
         }
-    }
-
-    fn with(mut self, block: Block) -> Self {
-        self.blocks.push(block);
-        self
-    }
-
-    /// Adds text. Empty lines separate its paragraphs.
-    pub fn text(self, text: impl Into<String>) -> Self {
-        self.with(Block::Text(text.into()))
-    }
-
-    /// Adds a box that explains how to read the section.
-    pub fn note(self, text: impl Into<String>) -> Self {
-        self.with(Block::Note(text.into()))
-    }
-
-    /// Adds a box that reports a problem.
-    pub fn warning(self, text: impl Into<String>) -> Self {
-        self.titled_warning("", text)
-    }
-
-    /// Adds a box that reports a problem under a title.
-    pub fn titled_warning(self, title: impl Into<String>, text: impl Into<String>) -> Self {
-        self.with(Block::Warning {
-            title: title.into(),
-            text: text.into(),
-        })
-    }
-
-    /// Adds warnings that are hidden until the reader opens their title.
-    pub fn collapsed_warnings(self, title: impl Into<String>, warnings: Vec<String>) -> Self {
-        self.with(Block::Collapsed {
-            title: title.into(),
-            warnings,
-        })
-    }
-
-    /// Adds a figure. The page numbers its figures.
-    pub fn figure(self, figure: Figure) -> Self {
-        self.gallery([figure])
-    }
-
-    /// Adds small figures, two side by side where the window is wide enough.
-    pub fn gallery(self, figures: impl IntoIterator<Item = Figure>) -> Self {
-        self.with(Block::Figures {
-            first: 1,
-            figures: figures.into_iter().collect(),
-        })
-    }
-
-    /// Adds a table.
-    pub fn table(self, table: Table) -> Self {
-        self.with(Block::Table(table))
     }
 }
 
@@ -114,53 +68,17 @@ impl Section {
 #[derive(Debug, Clone, PartialEq, Template)]
 #[template(path = "page.html")]
 pub struct Page {
-    title: String,
-    introduction: String,
-    sections: Vec<Section>,
-    parameters: Vec<Table>,
+    /// The title.
+    pub title: &'static str,
+    /// The text before the sections. Empty lines separate its paragraphs.
+    pub introduction: &'static str,
+    /// The sections; their figures are numbered through.
+    pub sections: Vec<Section>,
+    /// The tables of the footer.
+    pub parameters: Vec<Table>,
 }
 
 impl Page {
-    /// Creates a page without sections.
-    ///
-    /// ```
-    /// # use host_sim::page::Page;
-    /// assert_eq!(Page::new("Report").render().matches("<h1>Report</h1>").count(), 1);
-    /// ```
-    pub fn new(title: impl Into<String>) -> Self {
-        Self {
-            title: title.into(),
-            introduction: String::new(),
-            sections: Vec::new(),
-            parameters: Vec::new(),
-        }
-    }
-
-    /// Sets the text before the sections. Empty lines separate its paragraphs.
-    pub fn introduction(mut self, text: impl Into<String>) -> Self {
-        self.introduction = text.into();
-        self
-    }
-
-    /// Adds a section and numbers its figures.
-    pub fn section(mut self, mut section: Section) -> Self {
-        let mut number = 1 + self.figures().count();
-        for block in &mut section.blocks {
-            if let Block::Figures { first, figures } = block {
-                *first = number;
-                number += figures.len();
-            }
-        }
-        self.sections.push(section);
-        self
-    }
-
-    /// Adds a table of parameters to the footer.
-    pub fn parameters(mut self, table: Table) -> Self {
-        self.parameters.push(table);
-        self
-    }
-
     /// Renders the page as HTML. Equal content gives equal bytes: the page has no date.
     pub fn render(&self) -> String {
         // Writing to a string does not fail.
@@ -178,10 +96,23 @@ impl Page {
     /// The figures in their order.
     pub fn figures(&self) -> impl Iterator<Item = &Figure> {
         let blocks = self.sections.iter().flat_map(|section| &section.blocks);
-        blocks.flat_map(|block| match block {
-            Block::Figures { figures, .. } => figures.as_slice(),
-            _ => &[],
-        })
+        blocks.flat_map(figures_of)
+    }
+
+    /// The number of the first figure of a block of this page.
+    fn first_number(&self, block: &Block) -> usize {
+        let mut blocks = self.sections.iter().flat_map(|section| &section.blocks);
+        let before = blocks
+            .by_ref()
+            .take_while(|other| !std::ptr::eq(*other, block));
+        1 + before.map(|other| figures_of(other).len()).sum::<usize>()
+    }
+}
+
+fn figures_of(block: &Block) -> &[Figure] {
+    match block {
+        Block::Figures(figures) => figures,
+        _ => &[],
     }
 }
 

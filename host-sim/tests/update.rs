@@ -12,7 +12,6 @@ use bootloader::{
 };
 use canopen::{CanFrame, Node, NodeId};
 use embedded_can::Frame;
-use firmware::application::Start;
 use firmware::drive::{Device, Slots, StoredParameters, UpdateOrder};
 use host_sim::can::link::Link;
 use host_sim::can::update::{UpdateError, update};
@@ -80,8 +79,7 @@ const OLD: u32 = 7;
 /// A program of this identity behind a bootloader.
 fn program(identity: u32) -> Running {
     let buffer = Box::leak(Box::new([0; 40 << 10]));
-    let (set, start) = (StoredParameters::DEFAULT, Start::default());
-    let mut device = Device::with_node_id(set, start, buffer, 0, NodeId::new(5));
+    let mut device = Device::with_node_id(StoredParameters::DEFAULT, buffer, 0, NodeId::new(5));
     let version = Version::parse("1.2.2").expect("a version");
     device.drive.set_slots(Slots {
         identity,

@@ -1,7 +1,6 @@
 //! Options about the same parameter that contradict each other.
 
 use crate::model::ModelParameter;
-use crate::request::RequestError;
 
 /// An option and the parameters that it names, by name or symbol.
 #[derive(Debug, Clone)]
@@ -22,31 +21,29 @@ impl<'a> ParameterOption<'a> {
     /// Refuses a parameter of the table that both options name.
     ///
     /// # Errors
-    /// [`RequestError::Conflict`] with both options and the parameter.
-    pub fn without(&self, other: &Self, table: &[ModelParameter]) -> Result<(), RequestError> {
+    /// A text with both options and the parameter.
+    pub fn without(&self, other: &Self, table: &[ModelParameter]) -> Result<(), String> {
         let is_same = |a: &str, b: &str| is_same(table, a, b);
         let both = |name: &&&str| other.parameters.iter().any(|also| is_same(name, also));
         match self.parameters.iter().find(both) {
             None => Ok(()),
-            Some(name) => Err(RequestError::Conflict(format!(
+            Some(name) => Err(format!(
                 "{} and {} both name {name}, expected one of them",
                 self.option, other.option
-            ))),
+            )),
         }
     }
 
     /// Refuses a parameter of the table that it names twice.
     ///
     /// # Errors
-    /// [`RequestError::Conflict`] with the option and the parameter.
-    pub fn once(&self, table: &[ModelParameter]) -> Result<(), RequestError> {
+    /// A text with the option and the parameter.
+    pub fn once(&self, table: &[ModelParameter]) -> Result<(), String> {
         for (index, name) in self.parameters.iter().enumerate() {
             let before = &self.parameters[..index];
             if before.iter().any(|also| is_same(table, name, also)) {
                 let option = self.option;
-                return Err(RequestError::Conflict(format!(
-                    "{option} names {name} twice, expected it once"
-                )));
+                return Err(format!("{option} names {name} twice, expected it once"));
             }
         }
         Ok(())

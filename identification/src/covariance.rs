@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, SymmetricEigen};
 
 use super::blocks::Blocks;
 use super::experiment::Experiment;
-use super::fit::ExperimentFit;
+use super::experiment_fit::ExperimentFit;
 use super::levenberg::Found;
 use super::loss::Loss;
 use super::normal::normal;

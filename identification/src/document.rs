@@ -6,7 +6,8 @@ use serde_json::{Map, Value, json};
 use super::{
     assessment::{Assessed, Assessment, Limited, NonparametricAnalysis, overall},
     data::Note,
-    fit::{Bound, Estimate, Fit, Termination},
+    fit::{Bound, Estimate, Fit},
+    levenberg::Termination,
     loss::Loss,
     model::ActiveLimit,
     statistics::Correlations,

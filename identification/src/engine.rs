@@ -14,7 +14,8 @@ mod starts;
 use rayon::prelude::*;
 
 use super::experiment::{Assumptions, Experiment};
-use super::fit::{ExperimentFit, Fit};
+use super::experiment_fit::ExperimentFit;
+use super::fit::Fit;
 use super::levenberg::{Found, Limits, search};
 use super::loss::LossChoice;
 use super::normal::{Normal, normal};

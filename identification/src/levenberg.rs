@@ -9,7 +9,6 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::fit::Termination;
 use super::normal::{Normal, cost, normal};
 use super::problem::Problem;
 use super::unknowns::{Unknown, Unknowns};
@@ -31,6 +30,19 @@ impl Default for Limits {
             decrease: 1e-12,
         }
     }
+}
+
+/// Why the search ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Termination {
+    /// The gradient vanished, or neither cost nor parameters moved any more.
+    Converged,
+    /// The most iterations were made.
+    IterationLimit,
+    /// No step lowered the cost although the gradient does not vanish.
+    Stalled,
+    /// The caller stopped it.
+    Interrupted,
 }
 
 /// The end of a search.

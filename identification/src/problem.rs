@@ -256,6 +256,11 @@ impl Spec {
     pub fn is_log_scaled(&self) -> bool {
         self.parameter.min > 0.0
     }
+
+    /// Whether ratios of it matter, rather than differences.
+    pub fn has_scale(&self) -> bool {
+        self.is_log_scaled() || self.parameter.unit == "s" || self.parameter.unit == "1"
+    }
 }
 
 /// Why a model could not be fitted.

@@ -158,9 +158,10 @@ impl Request {
         }
         let table: Vec<ModelParameter> = parameters(models).copied().collect();
         self.check_contradictions(&table)
+            .map_err(RequestError::Conflict)
     }
 
-    fn check_contradictions(&self, table: &[ModelParameter]) -> Result<(), RequestError> {
+    fn check_contradictions(&self, table: &[ModelParameter]) -> Result<(), String> {
         let fix = ParameterOption::new("fix", self.fix.iter().map(|(name, _)| name));
         let free = ParameterOption::new("free", &self.free);
         let bound = ParameterOption::new("bound", self.bound.iter().map(|(name, ..)| name));

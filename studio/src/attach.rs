@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use canopen::cob_id::SDO_RESPONSE;
 use canopen_generator::Default as DefaultValue;
 use host_sim::can::bus_load::{Traffic, share};
 use host_sim::can::client::{Client, ClientError};
@@ -23,7 +24,10 @@ const MOST_LOAD: f64 = 0.8;
 
 /// Identifies all nodes of the bus, and sets the actuators among them up.
 pub fn scan(core: &Arc<Core>, task: &Task) {
-    let mut client = Client::new(Box::new(core.hub.link(0x581..=0x5FF)), 1);
+    let mut client = Client::new(
+        Box::new(core.hub.link(SDO_RESPONSE + 1..=SDO_RESPONSE + 127)),
+        1,
+    );
     let found = match devices::answering(&mut client) {
         Ok(found) => found,
         Err(error) => return core.log("fault", None, &error.to_string()),

@@ -16,6 +16,7 @@ use std::sync::mpsc::{self, SyncSender, TrySendError};
 use std::sync::{Arc, Mutex};
 use std::time::{Instant, SystemTime, UNIX_EPOCH};
 
+use canopen::cob_id;
 use host_sim::can::client::Client;
 use serde_json::{Value, json};
 
@@ -167,7 +168,7 @@ impl Core {
         let hub = Arc::clone(&self.hub);
         std::thread::spawn(move || {
             for job in jobs {
-                let response = 0x580 + u32::from(node);
+                let response = cob_id::SDO_RESPONSE + u32::from(node);
                 job(&mut Client::new(
                     Box::new(hub.link(response..=response)),
                     node,
@@ -191,7 +192,7 @@ impl Core {
         let begun = stops.load(Ordering::SeqCst);
         let hub = Arc::clone(&self.hub);
         self.at_node(node, move |client| {
-            let response = 0x580 + u32::from(client.node());
+            let response = cob_id::SDO_RESPONSE + u32::from(client.node());
             let link = GuardedLink::new(hub.link(response..=response), stops, begun);
             job(&mut Client::new(Box::new(link), client.node()));
         })

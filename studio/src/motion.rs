@@ -13,8 +13,7 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use canopen::CanFrame;
-use embedded_can::StandardId;
+use canopen::{CanFrame, cob_id};
 use host_sim::can::client::{Client, ClientError};
 use host_sim::can::mapped;
 
@@ -41,14 +40,13 @@ const QUICK_STOP: u16 = canopen::cia402::controlword::ENABLE_VOLTAGE;
 /// any state and in the middle of any other transfer.
 fn controlword(node: u8, word: u16) -> CanFrame {
     let [low, high] = word.to_le_bytes();
-    let id = StandardId::new(0x600 + u16::from(node)).unwrap_or(StandardId::MAX);
+    let id = cob_id::of_node(cob_id::SDO_REQUEST, node);
     CanFrame::received(id.into(), false, 8, [0x2B, 0x40, 0x60, 0, low, high, 0, 0])
 }
 
 /// The heartbeat of this program: operational.
 fn heartbeat() -> Option<CanFrame> {
-    let id = StandardId::new(0x700 + u16::from(OWN_NODE))?;
-    embedded_can::Frame::new(id, &[5])
+    embedded_can::Frame::new(cob_id::of_node(cob_id::HEARTBEAT, OWN_NODE), &[5])
 }
 
 /// Enables the drive in profile position mode, watching this program's heartbeat.

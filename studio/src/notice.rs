@@ -14,6 +14,8 @@ pub enum Notice {
     },
     /// There are as many connections as the server accepts.
     Full {
+        /// Their number.
+        connections: usize,
         /// Number of refused connections since the last such notice.
         refused: u64,
     },
@@ -32,10 +34,12 @@ impl fmt::Display for Notice {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Refused { from, why } => write!(f, "refused {from}: {why}"),
-            Self::Full { refused } => write!(
+            Self::Full {
+                connections,
+                refused,
+            } => write!(
                 f,
-                "refused {refused} connections: there are {} already",
-                crate::web::CONNECTIONS_MAX
+                "refused {refused} connections: there are {connections} already"
             ),
             Self::Closed { from, why } => write!(f, "closed the page at {from}: {why}"),
             Self::Event(text) => write!(f, "{text}"),

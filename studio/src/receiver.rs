@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
-use canopen::CanFrame;
+use canopen::{CanFrame, cob_id};
 use host_sim::can::fault_history::PastError;
 use host_sim::can::link::{Link, open_split};
 use host_sim::can::telemetry::Telemetry;
@@ -87,12 +87,14 @@ fn receive(core: &Arc<Core>, frame: &CanFrame) {
     let now_s = core.now_s();
     core.with(|state| count(state, frame, now_s));
     let (id, is_extended) = frame.raw_id();
-    let node = (id & 0x7F) as u8;
-    match id {
+    let (function, node) = cob_id::split(id);
+    match function {
         _ if is_extended || node == 0 => {}
-        0x701..=0x77F => heartbeat(core, node, frame.bytes()[0] & 0x7F),
-        0x81..=0xFF => emergency(core, node, frame),
-        0x181..=0x57F => sample(core, node, frame, now_s),
+        cob_id::HEARTBEAT => heartbeat(core, node, frame.bytes()[0] & 0x7F),
+        cob_id::EMERGENCY => emergency(core, node, frame),
+        _ if (cob_id::tpdo(1)..=cob_id::rpdo(4)).contains(&function) => {
+            sample(core, node, frame, now_s);
+        }
         _ => {}
     }
 }

@@ -12,6 +12,6 @@ cargo run --quiet --release --locked --bin package -- --out "$wheels" wheel
 "$place/venv/bin/pip" install --quiet --force-reinstall --no-deps "$wheels"/*.whl
 
 bash .ci/programs
-target/debug/examples/page "$place/actuator.html"
+target/debug/examples/script "$place/actuator.js"
 "$place/venv/bin/python" tests/reuse/compare.py \
-    target/debug/actuator target/debug/libactuator_c.so "$place/actuator.html"
+    target/debug/actuator target/debug/libactuator_c.so "$place/actuator.js"

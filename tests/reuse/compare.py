@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """One command sequence through every way to the actuator: the angles are equal to the last bit.
 
-    compare.py PROGRAM C_LIBRARY PAGE
+    compare.py PROGRAM C_LIBRARY SCRIPT
 
-The ways are the program `actuator` (Rust), the Python package, the FMU in FMPy, the C library, and the page's core
-(wasm) in node. The angle is read after each millisecond of two seconds, in which the command changes at random ticks.
+The ways are the program `actuator` (Rust), the Python package, the FMU in FMPy, the C library, and the script for
+browsers (wasm) in node. The angle is read after each millisecond of two seconds, in which the command changes at random ticks.
 """
 import ctypes
 import io
@@ -102,18 +102,18 @@ def c(library, model, plant):
     return np.array(angles)
 
 
-def wasm(page, model, plant):
+def wasm(script, model, plant):
     request = f"model={model}&every={TICKS}" + ("" if plant is None else f"&plant={plant}")
     # Each held for TICKS ticks; one more, for the row at the end of the last one.
     held = np.append(COMMANDS, COMMANDS[-1])
     run = subprocess.run(
-        ["node", HERE / "follow.mjs", page, request], input="\n".join(map(repr, held.tolist())),
+        ["node", HERE / "follow.mjs", script, request], input="\n".join(map(repr, held.tolist())),
         check=True, capture_output=True, text=True)
     return np.array(run.stdout.split(), dtype=float)[1:]
 
 
 def main():
-    program, library, page = sys.argv[1:]
+    program, library, script = sys.argv[1:]
     for name, (model, plant) in MODELS.items():
         with tempfile.TemporaryDirectory() as folder:
             folder = Path(folder)
@@ -122,7 +122,7 @@ def main():
                 "Python": python(model, plant),
                 "FMU": fmu(program, model, plant, folder),
                 "C": c(library, model, plant),
-                "wasm": wasm(page, model, plant),
+                "wasm": wasm(script, model, plant),
             }
         first = ways["Rust"]
         assert np.ptp(first) > 20.0, f"{name}: hardly moves"

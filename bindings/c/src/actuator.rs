@@ -15,7 +15,7 @@ use model_core::models::delay::DelayCursor;
 use model_core::plant::PlantState;
 use model_core::time::{TICKS_PER_SECOND, ticks};
 
-use crate::error::{Code, Error, Why, code, explain};
+use crate::error::{Code, Error, Why, code};
 use crate::memory::{self, Holds};
 use crate::settings::Settings;
 
@@ -172,7 +172,7 @@ pub unsafe extern "C" fn actuator_start(
             let (core, delay) = ActuatorCore::try_new(memory::look(settings)?)?;
             Ok::<_, Error>((Started { core, delay }, delay.len()))
         };
-        explain(memory::fill_with_tail(actuator, size, make), why)
+        memory::explain(memory::fill_with_tail(actuator, size, make), why)
     }
 }
 

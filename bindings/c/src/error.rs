@@ -1,17 +1,11 @@
 //! Errors as codes and as sentences.
-#![allow(
-    unsafe_code,
-    reason = "a function that C calls by name, and one that writes to its memory"
-)]
+#![allow(unsafe_code, reason = "a function that C calls by name")]
 
 use core::ffi::{CStr, c_char};
-use core::fmt::{self, Write};
+use core::fmt;
 
 use model_core::parameter::ParameterError;
 use model_core::scenario::ScenarioError;
-
-use crate::memory;
-use crate::text::Text;
 
 /// The result of a call. Only `ACTUATOR_ERROR_NONE` is 0; a call with any other changes nothing,
 /// unless the function states it.
@@ -123,7 +117,8 @@ impl<'a> From<ScenarioError<'a>> for Error<'a> {
 }
 
 impl Error<'_> {
-    fn code(&self) -> Code {
+    /// Its code.
+    pub fn code(&self) -> Code {
         match self {
             Self::Code(code) => *code,
             Self::Scenario(ScenarioError::Parameter(_)) => Code::Parameter,
@@ -144,24 +139,4 @@ impl fmt::Display for Error<'_> {
 /// The code of a result.
 pub fn code(result: Result<(), Code>) -> Code {
     result.err().unwrap_or(Code::None)
-}
-
-/// The code of a result, and its sentence unless `why` is null.
-///
-/// # Safety
-/// `why` is null, misaligned or the caller's own.
-pub unsafe fn explain(result: Result<(), Error<'_>>, why: *mut Why) -> Code {
-    let mut text = Text::<ACTUATOR_WHY_SIZE>::default();
-    let code = match &result {
-        Ok(()) => Code::None,
-        Err(error) => {
-            // A text that is too long is truncated, which is not an error.
-            let _ = write!(text, "{error}");
-            error.code()
-        }
-    };
-    // Null requests no sentence.
-    // SAFETY: the contract of this function.
-    let _ = unsafe { memory::put(why, Why { text: text.0 }) };
-    code
 }

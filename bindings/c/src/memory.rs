@@ -8,9 +8,11 @@
 )]
 
 use core::ffi::{CStr, c_char};
+use core::fmt::Write;
 use core::mem::MaybeUninit;
 
-use crate::error::Code;
+use crate::error::{ACTUATOR_WHY_SIZE, Code, Error, Why};
+use crate::text::Text;
 
 /// A struct of the caller that holds a value of the library.
 ///
@@ -178,6 +180,26 @@ pub unsafe fn put<T>(out: *mut T, value: T) -> Result<(), Code> {
     // SAFETY: not null and aligned; the caller owns it.
     unsafe { out.write(value) };
     Ok(())
+}
+
+/// The code of a result, and its sentence unless `why` is null.
+///
+/// # Safety
+/// `why` is null, misaligned or the caller's own.
+pub unsafe fn explain(result: Result<(), Error<'_>>, why: *mut Why) -> Code {
+    let mut text = Text::<ACTUATOR_WHY_SIZE>::default();
+    let code = match &result {
+        Ok(()) => Code::None,
+        Err(error) => {
+            // A text that is too long is truncated, which is not an error.
+            let _ = write!(text, "{error}");
+            error.code()
+        }
+    };
+    // Null requests no sentence.
+    // SAFETY: the contract of this function.
+    let _ = unsafe { put(why, Why { text: text.0 }) };
+    code
 }
 
 /// The caller's text; text that is not UTF-8 is not a known name.

@@ -13,7 +13,7 @@ use core::ffi::c_char;
 use model_core::actuator::Settings as Core;
 use model_core::scenario::{self, NameKind, Request};
 
-use crate::error::{Code, Error, Why, code, explain};
+use crate::error::{Code, Error, Why, code};
 use crate::memory::{self, Holds};
 use crate::text::fixed;
 
@@ -97,7 +97,7 @@ pub unsafe extern "C" fn actuator_settings_init(
             };
             Ok::<_, Error>(request.settings()?)
         };
-        explain(memory::fill(settings, size, make), why)
+        memory::explain(memory::fill(settings, size, make), why)
     }
 }
 
@@ -115,7 +115,7 @@ pub unsafe extern "C" fn actuator_settings_set(
             let settings = memory::change(settings)?;
             Ok(scenario::set(settings, memory::text(name)?, value)?)
         };
-        explain(set(), why)
+        memory::explain(set(), why)
     }
 }
 
@@ -151,7 +151,7 @@ pub unsafe extern "C" fn actuator_settings_apply(
             let settings = memory::change(settings)?;
             Ok(scenario::apply_preset(settings, memory::text(preset)?)?)
         };
-        explain(apply(), why)
+        memory::explain(apply(), why)
     }
 }
 
@@ -170,7 +170,7 @@ pub unsafe extern "C" fn actuator_settings_set_pwm(
             settings.pwm = scenario::named(NameKind::Pwm, memory::text(pwm)?)?;
             Ok(())
         };
-        explain(set(), why)
+        memory::explain(set(), why)
     }
 }
 

@@ -12,13 +12,12 @@
 //! | [`instance`] | one instance, in safe Rust: phases, variables, steps, saved states |
 //! | [`exchange`] | model exchange: the equations of the continuous models with their events |
 //! | [`state`] | the state of an instance and its serialisation |
-//! | [`abi`], [`abi3`] | the C interfaces of FMI 2.0 and 3.0 around it |
+//! | [`abi`] | the C interfaces of FMI 2.0 and 3.0 around it |
 //!
-//! "The standard" is FMI for Model Exchange and Co-Simulation 2.0.4, in [`abi3`] FMI 3.0.1,
-//! <https://fmi-standard.org>.
+//! "The standard" is FMI for Model Exchange and Co-Simulation 2.0.4, or FMI 3.0.1 in what begins
+//! with `fmi3`, <https://fmi-standard.org>.
 
 pub mod abi;
-pub mod abi3;
 pub mod archive;
 pub mod description;
 pub mod documentation;

@@ -50,7 +50,7 @@ enum Part {
     Wheel,
     /// The program `actuator`, and FMUs
     Program,
-    /// The report and the page for the browser
+    /// The report, and the script for pages of others
     Pages,
     /// The programs of the boards
     Boards,

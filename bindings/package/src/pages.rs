@@ -1,4 +1,4 @@
-//! The two pages: the report of the simulator and the actuator in a browser.
+//! The report of the simulator, and the script with the actuator for other pages.
 
 use std::{fs, path::Path, process::Command};
 
@@ -8,7 +8,7 @@ use crate::{
     tools::{Tools, run},
 };
 
-/// Makes both pages.
+/// Makes both.
 pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
     let folder = out.join("pages");
     fs::create_dir_all(&folder).map_err(at(&folder))?;
@@ -18,10 +18,10 @@ pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
         .arg(folder.join("actuator-report.html"))
         .stdout(std::process::Stdio::null()))?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let mut page = Command::new(cargo);
-    run(page
+    let mut script = Command::new(cargo);
+    run(script
         .current_dir(cross_build::workspace())
         .args(["run", "--quiet", "--release", "--locked"])
-        .args(["-p", "actuator-web", "--example", "page", "--"])
-        .arg(folder.join("actuator.html")))
+        .args(["-p", "actuator-web", "--example", "script", "--"])
+        .arg(folder.join("actuator.js")))
 }

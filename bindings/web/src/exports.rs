@@ -17,8 +17,6 @@
 use std::cell::RefCell;
 
 use crate::catalogue;
-use crate::figures::Figures;
-use crate::frequency;
 use crate::run::{self, Trace};
 use crate::scenario::{Error, MOST_ROWS, Scenario};
 
@@ -106,7 +104,7 @@ pub extern "C" fn catalogue() -> i32 {
     with(|session| session.answer(Ok(catalogue::catalogue())))
 }
 
-/// Runs the request, keeps its trace and answers its figures of merit.
+/// Runs the request and keeps its trace.
 #[cfg_attr(target_arch = "wasm32", unsafe(no_mangle))]
 pub extern "C" fn run() -> i32 {
     with(|session| {
@@ -142,11 +140,8 @@ pub extern "C" fn follow() -> i32 {
 
 impl Session {
     fn keep(&mut self, trace: Result<Trace, Error>) -> i32 {
-        let figures = trace.map(|trace| {
-            self.trace = trace;
-            Figures::of(&self.trace).to_json()
-        });
-        self.answer(figures)
+        let kept = trace.map(|trace| self.trace = trace);
+        self.answer(kept.map(|()| "null".into()))
     }
 }
 
@@ -160,15 +155,6 @@ pub extern "C" fn trace() -> *const f64 {
 #[cfg_attr(target_arch = "wasm32", unsafe(no_mangle))]
 pub extern "C" fn trace_rows() -> usize {
     with(|session| session.trace.rows())
-}
-
-/// Answers the frequency response of the request's actuator.
-#[cfg_attr(target_arch = "wasm32", unsafe(no_mangle))]
-pub extern "C" fn frequency() -> i32 {
-    with(|session| {
-        let response = session.scenario().and_then(|s| frequency::measure(&s));
-        session.answer(response.map(|response| frequency::to_json(&response)))
-    })
 }
 
 #[cfg(test)]
@@ -185,10 +171,9 @@ mod tests {
     }
 
     #[test]
-    fn a_run_leaves_its_trace_and_answers_its_figures() {
-        let (code, figures) = call(b"model=black-box-1&duration_s=2", run);
+    fn a_run_leaves_its_trace() {
+        let (code, _) = call(b"model=black-box-1&duration_s=2", run);
         assert_eq!((code, trace_rows()), (0, 2000));
-        assert!(figures.contains(r#""overshoot_pct":-"#), "{figures}");
         assert!(!trace().is_null());
     }
 
@@ -204,11 +189,9 @@ mod tests {
             (b"P", 1),
             (b"duration_s=120&every=1", 4),
         ] {
-            for function in [run, frequency as extern "C" fn() -> i32] {
-                let answer = call(request, function);
-                assert_eq!(answer.0, code, "{answer:?}");
-                assert!(!answer.1.is_empty());
-            }
+            let answer = call(request, run);
+            assert_eq!(answer.0, code, "{answer:?}");
+            assert!(!answer.1.is_empty());
         }
         assert_eq!(trace_rows(), 1000);
     }

@@ -1,15 +1,13 @@
-//! The actuator for a page in a browser.
+//! The actuator for pages in a browser.
 //!
-//! A run is described by one line of text, which is also the fragment of the page's address:
+//! A run is described by one line of text, which may be the fragment of a page's address:
 //! `model=board&preset=consistent&position_gain=12&input=pulse&input.amplitude_deg=45`. This crate
-//! reads it ([`scenario`]), runs it ([`run`]), and evaluates it in time ([`figures`]) and in
-//! frequency ([`frequency`]). [`catalogue`] lists the models, inputs and parameters. The page calls
-//! the functions in [`exports`]: plain functions and memory, without generated glue code.
+//! reads it ([`scenario`]) and runs it ([`run`]). [`catalogue`] lists the models, inputs and
+//! parameters. A page calls the functions in [`exports`]: plain functions and memory, without
+//! generated glue code.
 
 pub mod catalogue;
 pub mod exports;
-pub mod figures;
-pub mod frequency;
 pub mod run;
 pub mod scenario;
 

@@ -52,7 +52,7 @@ impl Trace {
     }
 }
 
-/// Is told the share of a run that is done, and returns whether to continue.
+/// Receives the share of a run that is done, and returns whether to continue.
 pub type Watch = fn(share: f64) -> bool;
 
 /// Ticks between two calls of a [`Watch`], unless the rows are further apart: 0.1 s.

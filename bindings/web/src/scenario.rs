@@ -1,9 +1,8 @@
 //! What is run, from one line of text.
 //!
 //! The line is a list of `key=value` separated by `&`, as in the address of a page. The keys are
-//! the options of [`Request`]; `amplitude_deg` (of the frequency response); `most_rows`, beyond
-//! which rows are further apart than `every`; `input.NAME` for a parameter of the input; every
-//! other key is a parameter of the model. If a key occurs twice, the last value applies.
+//! the options of [`Request`]; `input.NAME` for a parameter of the input; every other key is a
+//! parameter of the model. If a key occurs twice, the last value applies.
 
 use core::fmt;
 
@@ -16,9 +15,6 @@ pub const LONGEST_S: f64 = 600.0;
 
 /// The most rows of a run: a row every 1 ms of the longest one, ten numbers each, 48 MB.
 pub const MOST_ROWS: u64 = 600_000;
-
-/// The amplitudes of a frequency response, deg.
-const AMPLITUDES_DEG: core::ops::RangeInclusive<f64> = 1e-3..=180.0;
 
 /// Why a request is refused.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,15 +75,13 @@ impl From<ScenarioError<'_>> for Error {
     }
 }
 
-/// A run in a page, or a frequency response.
+/// A run in a page.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scenario {
     /// What is run.
     pub run: scenario::Scenario,
     /// How long to run, ticks.
     pub ticks: u64,
-    /// Amplitude for the frequency response, deg.
-    pub amplitude_deg: f64,
 }
 
 impl Scenario {
@@ -106,35 +100,24 @@ impl Scenario {
     pub fn parse(text: &str) -> Result<Self, Error> {
         let mut request = Request::default();
         request.parse("model", "board")?;
-        let mut amplitude_deg = 1.0;
-        let mut most_rows = None;
         let mut parameters = Vec::new();
         for entry in text.split('&').filter(|entry| !entry.is_empty()) {
             let (key, value) = entry
                 .split_once('=')
                 .ok_or_else(|| Error::Request(format!("`{entry}` is not of the form key=value")))?;
-            if key == "amplitude_deg" {
-                amplitude_deg = amplitude(number(key, value)?)?;
-            } else if key == "most_rows" {
-                most_rows = Some(rows_limit(value)?);
-            } else if !request.parse(key, value)? {
+            if !request.parse(key, value)? {
                 parameters.push((key, number(key, value)?));
             }
         }
-        // The page sends an empty name where no preset is chosen.
+        // An empty name is no preset.
         request.preset = request.preset.filter(|name| !name.is_empty());
         let mut run = scenario::Scenario::try_new(&request)?;
         for (name, value) in parameters {
             run.set(name, value)?;
         }
-        if let Some(most) = most_rows {
-            let ticks = run.ticks()?.min(ticks(LONGEST_S));
-            run.every *= ticks.div_ceil(run.every.max(1)).div_ceil(most).max(1);
-        }
         Ok(Self {
             run,
             ticks: run_ticks(&run)?,
-            amplitude_deg,
         })
     }
 
@@ -147,27 +130,6 @@ impl Scenario {
 fn number(key: &str, text: &str) -> Result<f64, Error> {
     let number = text.parse();
     number.map_err(|_| Error::Parameter(format!("{key} is `{text}`, expected a number")))
-}
-
-/// The number of rows of `most_rows`.
-fn rows_limit(text: &str) -> Result<u64, Error> {
-    let rows = text.parse().ok().filter(|rows| *rows > 0);
-    rows.ok_or_else(|| {
-        Error::Parameter(format!(
-            "most_rows is `{text}`, expected a whole number from 1"
-        ))
-    })
-}
-
-fn amplitude(value: f64) -> Result<f64, Error> {
-    // NaN is in no range.
-    if AMPLITUDES_DEG.contains(&value) {
-        return Ok(value);
-    }
-    let (min, max) = AMPLITUDES_DEG.into_inner();
-    Err(Error::Parameter(format!(
-        "amplitude_deg is {value}, expected a number from {min} to {max} deg"
-    )))
 }
 
 /// How long to run: by default as long as the input, but no longer than a page computes.
@@ -243,26 +205,6 @@ mod tests {
         assert_eq!(refusal("duration_s=60&every=1").0, 4);
         assert_eq!(refusal("duration_s=601").0, 4);
         assert_eq!(refusal("every=20001").0, 4);
-    }
-
-    #[test]
-    fn the_rows_of_a_long_run_are_so_far_apart_that_there_are_no_more_than_asked_for() {
-        let rows = |text: &str| {
-            let scenario = Scenario::parse(text).unwrap();
-            (scenario.run.every, scenario.rows())
-        };
-        assert_eq!(
-            rows("every=20&duration_s=600&most_rows=30000"),
-            (400, 30_000)
-        );
-        assert_eq!(
-            rows("every=20&duration_s=30.001&most_rows=30000"),
-            (40, 15_001)
-        );
-        assert_eq!(rows("every=20&duration_s=30&most_rows=30000"), (20, 30_000));
-        for text in ["most_rows=0", "most_rows=-1", "most_rows=1.5", "most_rows="] {
-            assert_eq!(refusal(text).0, 2, "{text}");
-        }
     }
 
     #[test]

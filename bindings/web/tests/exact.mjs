@@ -1,4 +1,4 @@
-// Compares the page's core with `actuator simulate`, bit for bit: node exact.mjs PAGE.html ACTUATOR
+// Compares the core with `actuator simulate`, bit for bit: node exact.mjs ACTUATOR.js ACTUATOR
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
@@ -6,8 +6,8 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { coreOf } from './core.mjs';
 
-const [page, actuator] = process.argv.slice(2);
-const core = await coreOf(page);
+const [script, actuator] = process.argv.slice(2);
+const core = await coreOf(script);
 
 const TICKS = 30_000, TICK_S = 50e-6, HELD = 80;
 const directory = mkdtempSync(join(tmpdir(), 'actuator-exact-'));
@@ -88,7 +88,7 @@ try {
   assert.throws(() => core.follow('', { length: 1e9 }), /too many/);
   assert.throws(() => core.run('x'.repeat(1e6)), /too long/);
 
-  // Progress is told, and a run ends at once where that is asked for.
+  // Progress is reported, and a run ends at once where that is asked for.
   const shares = [], long = 'plant=bench&duration_s=60&every=20';
   const watched = core.run(long, share => { shares.push(share); });
   assert.equal(shares.length, 599);

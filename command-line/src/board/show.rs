@@ -2,12 +2,18 @@
 
 use std::io::Write;
 
+use canopen::cob_id;
 use host_sim::can::client::state_name;
 use model_core::control::encoder_word::COUNT_DEG;
 use virtual_board::can::Frame;
 use virtual_board::trace::Row;
 
 use super::Format;
+
+/// Identifiers of the only node.
+const EMERGENCY: u32 = cob_id::EMERGENCY + 1;
+const TPDO_2: u32 = cob_id::tpdo(2) + 1;
+const TPDO_3: u32 = cob_id::tpdo(3) + 1;
 
 /// PWM periods from one line of the plot to the next.
 const PLOT_EVERY: u64 = 50;
@@ -42,11 +48,11 @@ impl RowPrinter {
         let [a, b, _, d, e, _, g, h] = frame.data;
         match frame.id.value() {
             // An instance from 80h on is 80h and the number of a fault.
-            0x081 if (a, b) != (0, 0) && d > 0x80 && self.fault == 0 => self.fault = d - 0x80,
+            EMERGENCY if (a, b) != (0, 0) && d > 0x80 && self.fault == 0 => self.fault = d - 0x80,
             // TPDO 2 ends with the statusword.
-            0x281 => self.statusword = u16::from_le_bytes([g, h]),
+            TPDO_2 => self.statusword = u16::from_le_bytes([g, h]),
             // TPDO 3: statusword, mode, error code.
-            0x381 if (d, e) == (0, 0) => self.fault = 0,
+            TPDO_3 if (d, e) == (0, 0) => self.fault = 0,
             _ => {}
         }
     }

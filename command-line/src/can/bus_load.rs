@@ -40,11 +40,7 @@ impl BusLoad {
     ///
     /// # Errors
     /// For a rate out of range.
-    pub fn run(self) -> Result<(), Error> {
-        self.estimate()
-    }
-
-    fn estimate(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         for (option, rate) in [
             ("--telemetry", self.telemetry),
             ("--commands", self.commands),

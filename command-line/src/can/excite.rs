@@ -70,11 +70,7 @@ impl Excite {
     ///
     /// # Errors
     /// For an invalid number; those of the bus and the actuator.
-    pub fn run(self) -> Result<(), Error> {
-        self.excite()
-    }
-
-    fn excite(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         let settings = self.settings()?;
         let mut client = self.at.open()?;
         for (sub, value) in settings {

@@ -29,11 +29,7 @@ impl Faults {
     ///
     /// # Errors
     /// Those of the bus and the actuator, and for a fault that remains after a reset.
-    pub fn run(self) -> Result<(), Error> {
-        self.faults()
-    }
-
-    fn faults(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         let mut client = self.at.open()?;
         if self.clear {
             client.write("1003:0", "0")?;

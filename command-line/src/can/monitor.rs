@@ -49,11 +49,7 @@ impl Monitor {
     ///
     /// # Errors
     /// Those of the bus and the actuator.
-    pub fn run(self) -> Result<(), Error> {
-        self.show()
-    }
-
-    fn show(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         let time = self.seconds.map(|seconds| length("--for", seconds));
         let time = time.transpose()?;
         let stop = interrupt::stop()?;

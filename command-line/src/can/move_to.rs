@@ -40,11 +40,7 @@ impl Move {
     ///
     /// # Errors
     /// For an invalid number; those of the bus and the actuator.
-    pub fn run(self) -> Result<(), Error> {
-        self.go()
-    }
-
-    fn go(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         let target_mdeg = mdeg("the angle", self.angle_deg)?;
         let within = Duration::try_from_secs_f64(self.within).map_err(|_| Error::Option {
             option: "--within",

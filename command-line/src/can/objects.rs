@@ -35,11 +35,7 @@ impl Get {
     ///
     /// # Errors
     /// For an unknown name; those of the bus and the actuator.
-    pub fn run(self) -> Result<(), Error> {
-        self.get()
-    }
-
-    fn get(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         let all = self.objects.is_empty();
         let rows: Vec<&Row> = if all {
             names::rows()
@@ -113,11 +109,7 @@ impl Set {
     /// # Errors
     /// For an unknown name or an invalid value; those of the bus and the actuator. Objects before
     /// the failed one are written.
-    pub fn run(self) -> Result<(), Error> {
-        self.set()
-    }
-
-    fn set(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         let writes = self.values.iter().map(|text| {
             let pair = text.split_once('=').ok_or_else(|| Error::Option {
                 option: "an object to set",

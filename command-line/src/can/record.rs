@@ -46,11 +46,7 @@ impl Record {
     ///
     /// # Errors
     /// For a file that cannot be written; those of the bus and the actuator.
-    pub fn run(self) -> Result<(), Error> {
-        self.record()
-    }
-
-    fn record(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         let time = length("--for", self.seconds)?;
         let mut client = self.at.open()?;
         let mut sink = Sink::open(self.out.clone(), self.at.json())?;

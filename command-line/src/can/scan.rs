@@ -21,11 +21,7 @@ impl Scan {
     ///
     /// # Errors
     /// Those of the bus.
-    pub fn run(self) -> Result<(), Error> {
-        self.scan()
-    }
-
-    fn scan(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         let mut client = self.bus.open(1)?;
         let nodes = scan::answering(&mut client)?;
         let devices: Vec<_> = nodes

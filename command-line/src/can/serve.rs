@@ -62,11 +62,7 @@ impl Serve {
     ///
     /// # Errors
     /// For an address that is not available.
-    pub fn run(self) -> Result<(), Error> {
-        self.serve()
-    }
-
-    fn serve(&self) -> Result<(), Error> {
+    pub fn run(&self) -> Result<(), Error> {
         let stop = interrupt::stop()?;
         if let (Some(actuator), Some(comm)) = (&self.elf, &self.comm_elf) {
             return self.emulate(actuator, comm, &stop);

@@ -83,7 +83,10 @@ pub fn open_split(name: &str, kbit_s: u16) -> io::Result<SplitLink> {
             })
         }
         #[cfg(not(target_os = "linux"))]
-        Place::Interface => Err(no_socket_can()),
+        Place::Interface => Err(io::Error::new(
+            ErrorKind::Unsupported,
+            "this system has no SocketCAN; expected HOST:PORT or a serial device",
+        )),
     }
 }
 
@@ -115,28 +118,13 @@ impl<'n> Place<'n> {
     }
 }
 
-#[cfg(not(target_os = "linux"))]
-fn no_socket_can() -> io::Error {
-    io::Error::new(
-        ErrorKind::Unsupported,
-        "this system has no SocketCAN; expected HOST:PORT or a serial device",
-    )
-}
-
 /// Opens a bus by its name: `HOST:PORT` is slcan over TCP, the path of a device (`/dev/ttyACM0`,
 /// `COM3`) slcan over a serial line, and any other name (`can0`) a SocketCAN interface.
 ///
 /// # Errors
 /// The error of the operating system.
 pub fn open(name: &str, kbit_s: u16) -> io::Result<Box<dyn Link>> {
-    match Place::of(name) {
-        Place::Tcp(address) => Ok(Box::new(Slcan::open(connect(address)?, kbit_s)?)),
-        Place::Serial => Ok(Box::new(Slcan::open(Serial::open(name)?, kbit_s)?)),
-        #[cfg(target_os = "linux")]
-        Place::Interface => Ok(Box::new(Socket::open(name)?)),
-        #[cfg(not(target_os = "linux"))]
-        Place::Interface => Err(no_socket_can()),
-    }
+    Ok(open_split(name, kbit_s)?.receiver)
 }
 
 fn connect(address: &str) -> io::Result<TcpStream> {

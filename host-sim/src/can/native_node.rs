@@ -3,8 +3,9 @@
 
 use canopen::{CanFrame, NodeId};
 use firmware::{
+    actuator::Actuator,
     application::Start,
-    drive::{Device, StoredParameters},
+    drive::StoredParameters,
     native::{bridge, samples},
     store::{self, Flash, Page, Progress, Saver, Status},
 };
@@ -62,7 +63,7 @@ impl Flash for Memory {
 
 /// One actuator.
 pub struct NativeNode<'a> {
-    device: Device<'a>,
+    actuator: Actuator<'a>,
     plant: SampledBoardPlant,
     flash: Memory,
     saver: Saver<StoredParameters>,
@@ -87,10 +88,10 @@ impl<'a> NativeNode<'a> {
         if let Some(id) = node_id {
             set.board.bus.node_id = i32::from(id.get());
         }
-        let mut device = Device::with_node_id(set, Start::default(), buffer, 0, node_id);
-        device.drive.diagnostics.serial_number = serial_number;
+        let mut actuator = Actuator::with_node_id(set, Start::default(), buffer, 0, node_id);
+        actuator.device.drive.diagnostics.serial_number = serial_number;
         Ok(Self {
-            device,
+            actuator,
             plant: SampledBoardPlant::new(BoardPlant::try_new(options)?, &mut |_, _| {}),
             saver: Saver::new(&loaded),
             flash,
@@ -100,12 +101,12 @@ impl<'a> NativeNode<'a> {
 
     /// Receives a frame, at the time of the node's last control period.
     pub fn receive(&mut self, frame: &CanFrame) {
-        self.device.receive(frame, self.next_us - PERIOD_US);
+        self.actuator.receive(frame, self.next_us - PERIOD_US);
     }
 
     /// The next frame for the bus.
     pub fn transmit(&mut self) -> Option<CanFrame> {
-        self.device.transmit()
+        self.actuator.transmit()
     }
 
     /// Runs a control period if one is due; returns whether it did.
@@ -114,12 +115,12 @@ impl<'a> NativeNode<'a> {
             return false;
         }
         let outputs = self
-            .device
+            .actuator
             .step(&samples(&self.plant.sampled()), self.next_us);
         self.next_us += PERIOD_US;
         self.plant.tick(bridge(outputs.bridge), &mut |_, _| {});
         // The virtual bus has no bit rate.
-        let _ = self.device.drive.take_bit_rate();
+        let _ = self.actuator.device.drive.take_bit_rate();
         self.save();
         true
     }
@@ -135,14 +136,15 @@ impl<'a> NativeNode<'a> {
     }
 
     fn save(&mut self) {
-        if let Some(set) = self.device.drive.take_save() {
+        let drive = &mut self.actuator.device.drive;
+        if let Some(set) = drive.take_save() {
             self.saver.start(set);
         }
         loop {
             match self.saver.poll(&mut self.flash) {
                 Progress::Running => {}
                 Progress::Idle => return,
-                end => return self.device.drive.saved(end == Progress::Done),
+                end => return drive.saved(end == Progress::Done),
             }
         }
     }

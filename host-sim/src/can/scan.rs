@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use canopen::CanFrame;
-use embedded_can::{Frame, StandardId};
+use canopen::{CanFrame, cob_id};
+use embedded_can::Frame;
 
 use super::client::{Client, ClientError, state_name};
 use super::names::{self, Value};
@@ -34,8 +34,8 @@ const TIME: Duration = Duration::from_millis(500);
 /// [`ClientError::Link`].
 pub fn answering(client: &mut Client) -> Result<Vec<u8>, ClientError> {
     let link = client.link();
-    for node in 1..=127_u16 {
-        let id = StandardId::new(0x600 + node).unwrap_or(StandardId::ZERO);
+    for node in 1..=127 {
+        let id = cob_id::of_node(cob_id::SDO_REQUEST, node);
         if let Some(frame) = CanFrame::new(id, &[0x40, 0, 0x10, 0, 0, 0, 0, 0]) {
             link.send(&frame)?;
         }
@@ -43,8 +43,11 @@ pub fn answering(client: &mut Client) -> Result<Vec<u8>, ClientError> {
     let (mut nodes, begun) = (Vec::new(), Instant::now());
     while let Some(left) = TIME.checked_sub(begun.elapsed()) {
         let frame = link.receive(left)?;
-        if let Some((id @ 0x581..=0x5FF, false)) = frame.map(|frame| frame.raw_id()) {
-            nodes.push((id - 0x580) as u8);
+        let Some((id, false)) = frame.map(|frame| frame.raw_id()) else {
+            continue;
+        };
+        if let (cob_id::SDO_RESPONSE, node @ 1..) = cob_id::split(id) {
+            nodes.push(node);
         }
     }
     nodes.sort_unstable();

@@ -3,8 +3,8 @@
 use std::io;
 use std::time::{Duration, Instant};
 
-use canopen::{Abort, CanFrame};
-use embedded_can::{Frame, StandardId};
+use canopen::{Abort, CanFrame, cob_id};
+use embedded_can::Frame;
 
 use super::link::Link;
 
@@ -85,7 +85,7 @@ impl<'a> Sdo<'a> {
     }
 
     fn send(&mut self, data: [u8; 8]) -> Result<(), SdoError> {
-        let id = StandardId::new(0x600 + u16::from(self.node)).unwrap_or(StandardId::MAX);
+        let id = cob_id::of_node(cob_id::SDO_REQUEST, self.node);
         let frame = CanFrame::received(id.into(), false, 8, data);
         Ok(self.link.send(&frame)?)
     }
@@ -108,7 +108,9 @@ impl<'a> Sdo<'a> {
             let Some(frame) = self.link.receive(left)? else {
                 return Err(SdoError::Timeout(self.node));
             };
-            if frame.raw_id() == (0x580 + u32::from(self.node), false) && frame.dlc() == 8 {
+            if frame.raw_id() == (cob_id::SDO_RESPONSE + u32::from(self.node), false)
+                && frame.dlc() == 8
+            {
                 return Ok(frame.bytes());
             }
         }

@@ -4,6 +4,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use bootloader::{Header, waiting::FlashStatus};
+use canopen::cob_id::HEARTBEAT;
 use embedded_can::Frame;
 
 use super::link::Link;
@@ -235,7 +236,7 @@ fn wait_for_boot_up(link: &mut dyn Link, node: u8) -> Result<(), UpdateError> {
         let Some(frame) = link.receive(left)? else {
             return Err(UpdateError::Silent(node));
         };
-        let is_boot_up = frame.raw_id() == (0x700 + u32::from(node), false)
+        let is_boot_up = frame.raw_id() == (HEARTBEAT + u32::from(node), false)
             && frame.dlc() == 1
             && frame.bytes()[0] == 0;
         if is_boot_up {

@@ -8,7 +8,7 @@ use identification::frequency::{
 
 use crate::{
     analysis::frequency::{decibel, unwrap_deg},
-    page::Section,
+    page::{Block, Section},
     plot::{Figure, Panel, Series, Style},
 };
 
@@ -19,25 +19,31 @@ const TEXT: &str = "An independent analysis without simulation: the frequency re
 /// Makes the section.
 pub fn section(content: &Content<'_>) -> Section {
     let opinion = content.nonparametric;
-    let mut section = Section::new("Frequency response").text(TEXT);
-    section = match &opinion.response {
-        None => section.note(
-            "The recordings are too short or have too little motion for a frequency response.",
+    let response = match &opinion.response {
+        None => Block::Note(
+            "The recordings are too short or have too little motion for a frequency response."
+                .into(),
         ),
         Some(response) => {
             let systems = [
                 ("first order", opinion.first_order.as_ref()),
                 ("second order", opinion.second_order.as_ref()),
             ];
-            section.figure(figure(response, &systems))
+            figure(response, &systems).into()
         }
     };
     let systems = tables::equivalents(opinion);
-    section = match systems.rows.is_empty() {
-        true => section.note("Too few points are coherent for an equivalent system."),
-        false => section.table(systems),
+    let systems = match systems.rows.is_empty() {
+        true => Block::Note("Too few points are coherent for an equivalent system.".into()),
+        false => systems.into(),
     };
-    section.table(tables::delays(opinion))
+    let blocks = [
+        TEXT.into(),
+        response,
+        systems,
+        tables::delays(opinion).into(),
+    ];
+    Section::new("Frequency response", blocks)
 }
 
 fn figure(response: &FrequencyResponse, systems: &[(&str, Option<&Equivalent>)]) -> Figure {

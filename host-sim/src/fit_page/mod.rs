@@ -5,7 +5,7 @@ mod frequency;
 mod residuals;
 pub mod tables;
 
-use crate::page::{Page, Section};
+use crate::page::{Block, Page, Section};
 use identification::{
     assessment::{Assessed, Assessment, NonparametricAnalysis},
     compare::Ranking,
@@ -31,51 +31,43 @@ pub struct Content<'a> {
 
 /// Makes the page.
 pub fn page(content: &Content<'_>) -> Page {
-    let page = Page::new("Identification").introduction(INTRODUCTION);
-    let mut page = page.section(overview(content));
-    for (title, of) in [
-        (
-            "Data and models",
-            experiments as fn(&Assessment) -> &[Assessed],
-        ),
-        (
-            "Validation: each recording predicted by a fit without it",
-            validation,
-        ),
-    ] {
-        page = data(page, content, title, of);
+    let mut sections = vec![overview(content)];
+    sections.extend(data(content, "Data and models", |a| &a.experiments));
+    let validation = "Validation: each recording predicted by a fit without it";
+    sections.extend(data(content, validation, |a| &a.validation));
+    sections.extend([
+        residuals::section(content.assessments),
+        frequency::section(content),
+        parameters(content),
+    ]);
+    Page {
+        title: "Identification",
+        introduction: INTRODUCTION,
+        sections,
+        parameters: Vec::new(),
     }
-    page.section(residuals::section(content.assessments))
-        .section(frequency::section(content))
-        .section(parameters(content))
-}
-
-fn experiments(assessment: &Assessment) -> &[Assessed] {
-    &assessment.experiments
-}
-
-fn validation(assessment: &Assessment) -> &[Assessed] {
-    &assessment.validation
 }
 
 /// The verdict, figures of merit, notes and warnings.
 fn overview(content: &Content<'_>) -> Section {
-    let mut section = Section::new("At a glance");
+    let mut blocks = Vec::new();
     if let Some(ranking) = content.ranking {
-        section = section
-            .note(format!("{}.", ranking.verdict))
-            .table(tables::ranking(ranking, content.assessments));
+        blocks.push(Block::Note(format!("{}.", ranking.verdict)));
+        blocks.push(tables::ranking(ranking, content.assessments).into());
     }
-    section = section.table(tables::quality(content.assessments));
-    for note in content.notes {
-        section = section.note(note.to_string());
-    }
-    warnings(section, content)
+    blocks.push(tables::quality(content.assessments).into());
+    let notes = content
+        .notes
+        .iter()
+        .map(|note| Block::Note(note.to_string()));
+    blocks.extend(notes.chain(warnings(content)));
+    Section::new("At a glance", blocks)
 }
 
 /// The warnings of each model. If the models were ranked, only those of the chosen one are
 /// expanded.
-fn warnings(mut section: Section, content: &Content<'_>) -> Section {
+fn warnings(content: &Content<'_>) -> Vec<Block> {
+    let mut blocks = Vec::new();
     for (index, assessment) in content.assessments.iter().enumerate() {
         let is_chosen = content
             .ranking
@@ -84,12 +76,14 @@ fn warnings(mut section: Section, content: &Content<'_>) -> Section {
         let all = assessment.warnings.iter();
         let all: Vec<String> = all.map(|warning| format!("{name}: {warning}.")).collect();
         if is_chosen {
-            section = all.into_iter().fold(section, Section::warning);
+            let warning = |text| Block::Warning(String::new(), text);
+            blocks.extend(all.into_iter().map(warning));
         } else if !all.is_empty() {
-            section = section.collapsed_warnings(format!("{name}: {} warnings", all.len()), all);
+            let title = format!("{name}: {} warnings", all.len());
+            blocks.push(Block::Collapsed(title, all));
         }
     }
-    section
+    blocks
 }
 
 /// A figure with more curves is not readable.
@@ -115,44 +109,41 @@ fn shown<'a>(content: &Content<'a>) -> Vec<&'a Assessment> {
 }
 
 /// A section with a figure for each recording of one kind, if there are any.
-fn data(
-    page: Page,
-    content: &Content<'_>,
-    title: &str,
-    of: fn(&Assessment) -> &[Assessed],
-) -> Page {
+fn data(content: &Content<'_>, title: &str, of: fn(&Assessment) -> &[Assessed]) -> Option<Section> {
     let count = content.assessments.first().map_or(0, |a| of(a).len());
     if count == 0 {
-        return page;
+        return None;
     }
-    let mut section = Section::new(title);
+    let mut blocks = Vec::new();
     let shown = shown(content);
     let (all, drawn) = (content.assessments.len(), shown.len());
     if drawn < all {
-        section = section.text(format!(
+        blocks.push(Block::Text(format!(
             "The curves are those of the best {drawn} complete models of {all}; the table lists all \
              models."
-        ));
+        )));
     }
     for index in 0..count {
         let models = shown.iter();
         let models = models.filter_map(|a| Some((a.name.as_str(), of(a).get(index)?)));
-        section = section.figure(curves::figure(&models.collect::<Vec<_>>()));
+        blocks.push(curves::figure(&models.collect::<Vec<_>>()).into());
     }
-    page.section(section.table(tables::runs(content.assessments, of)))
+    blocks.push(tables::runs(content.assessments, of).into());
+    Some(Section::new(title, blocks))
 }
 
 fn parameters(content: &Content<'_>) -> Section {
-    let mut section = Section::new("Parameters").text(
+    let mut blocks: Vec<Block> = vec![
         "The standard error for white residuals is the Cramer-Rao bound with the variance of the \
          residuals; the coloured one accounts for residuals that are correlated in time. A parameter \
-         that is at its bound or not identifiable has no standard error.",
-    );
+         that is at its bound or not identifiable has no standard error."
+            .into(),
+    ];
     for assessment in content.assessments {
-        section = section.table(tables::parameters(assessment));
-        section = section.table(tables::correlation(assessment));
+        blocks.push(tables::parameters(assessment).into());
+        blocks.push(tables::correlation(assessment).into());
     }
-    section
+    Section::new("Parameters", blocks)
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Autocorrelation of the residuals and their cross-correlation with the command.
 
 use crate::{
-    page::Section,
+    page::{Block, Section},
     plot::{Figure, Panel, Series, Style},
 };
 use identification::{
@@ -11,18 +11,16 @@ use identification::{
 
 /// Makes a section with a figure for each model and recording.
 pub fn section(assessments: &[Assessment]) -> Section {
-    let section = Section::new("Residuals").text(
-        "If the residuals are white and independent of the command, 95 % of the points are within \
+    let text = "If the residuals are white and independent of the command, 95 % of the points are within \
          the dashed bands. Points outside in the upper panel mean coloured residuals, for which the \
          standard errors for white residuals are too small. Points outside in the lower panel at \
          positive lags mean that the actuator responds to the command in a way that the model does \
-         not describe.",
-    );
+         not describe.";
     let all = assessments.iter().flat_map(|a| {
         let name = a.name.as_str();
         a.experiments.iter().filter_map(move |e| figure(name, e))
     });
-    section.gallery(all.collect::<Vec<_>>())
+    Section::new("Residuals", [text.into(), Block::Figures(all.collect())])
 }
 
 fn figure(model: &str, assessed: &Assessed) -> Option<Figure> {

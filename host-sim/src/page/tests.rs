@@ -13,20 +13,29 @@ fn page() -> Page {
     };
     let mut table = Table::new("Parameters", &[("name", ""), ("value", "")]);
     table.push(["pole".into(), Cell::Number(30.0, 1)]);
-    Page::new("Models & <servos>")
-        .introduction("First.\n\nSecond <b>.")
-        .section(
-            Section::new("Steps")
-                .text("Text.")
-                .figure(figure("Up"))
-                .figure(figure("Down")),
-        )
-        .section(
-            Section::new("Bode")
-                .warning("contradiction")
-                .figure(figure("Gain")),
-        )
-        .parameters(table)
+    let contradiction = Block::Warning(String::new(), "contradiction".into());
+    Page {
+        title: "Models & <servos>",
+        introduction: "First.\n\nSecond <b>.",
+        sections: vec![
+            Section::new(
+                "Steps",
+                ["Text.".into(), figure("Up").into(), figure("Down").into()],
+            ),
+            Section::new("Bode", [contradiction, figure("Gain").into()]),
+        ],
+        parameters: vec![table],
+    }
+}
+
+/// A page with this block only.
+fn page_of(block: Block) -> Page {
+    Page {
+        title: "",
+        introduction: "",
+        sections: vec![Section::new("", [block])],
+        parameters: Vec::new(),
+    }
 }
 
 #[test]
@@ -53,11 +62,9 @@ fn text_is_escaped_and_split_into_paragraphs() {
 
 #[test]
 fn names_in_backticks_are_code_and_an_unpaired_backtick_is_literal() {
-    let section = Section::new("")
-        .note("`a<b` and `c")
-        .titled_warning("Why?", "`d`");
-    let html = Page::new("").section(section).render();
+    let html = page_of(Block::Note("`a<b` and `c".into())).render();
     assert!(html.contains("<p class=\"note\"><code>a&#60;b</code> and `c</p>"));
+    let html = page_of(Block::Warning("Why?".into(), "`d`".into())).render();
     assert!(html.contains("<p class=\"warning\"><strong>Why?</strong> <code>d</code></p>"));
 }
 
@@ -95,9 +102,7 @@ fn a_table_is_escaped_and_its_numbers_are_aligned_right() {
     table.push(["a<b".into(), Cell::Number(76.753, 1)]);
     table.push(["none".into(), Cell::Number(f64::NAN, 1)]);
     table.push(["short row".into()]);
-    let html = Page::new("")
-        .section(Section::new("").table(table))
-        .render();
+    let html = page_of(table.into()).render();
     assert!(html.contains("<td>a&#60;b</td><td class=\"number\">76.8</td>"));
     assert!(html.contains("Steps &#38; &#60;ramps&#62;"));
     assert!(html.contains("<td class=\"number\">–</td>"));

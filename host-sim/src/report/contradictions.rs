@@ -1,6 +1,8 @@
 //! Contradictions within the paper, or between the paper and measurement. Each has a title and a
 //! short text: the printed text, its consequence, and the interpretation of this project.
 
+use crate::page::Block;
+
 /// A contradiction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Contradiction {
@@ -8,6 +10,12 @@ pub struct Contradiction {
     pub title: &'static str,
     /// The printed text, its consequence, and the interpretation.
     pub text: &'static str,
+}
+
+impl From<&Contradiction> for Block {
+    fn from(contradiction: &Contradiction) -> Self {
+        Self::Warning(contradiction.title.into(), contradiction.text.into())
+    }
 }
 
 /// All of them.

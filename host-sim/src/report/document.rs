@@ -3,16 +3,15 @@
 use super::{
     bode,
     comparison::{Comparison, Outcome},
-    contradictions::{self, Contradiction},
+    contradictions,
     input_sections::SECTIONS,
     models::Model,
-    responses::{self, Quantity, Shown},
+    responses::{self, Quantity, shown, warned},
     stability, tables,
 };
 use crate::{
     error::Error,
-    page::{Page, Section},
-    plot::Figure,
+    page::{Block, Page, Section},
     scenario::Scenario,
     table::{Cell, Table},
     trace::Trace,
@@ -36,21 +35,19 @@ const INTRODUCTION: &str = "“Analysis of Modeling Techniques for Low-Cost Actu
 /// # Errors
 /// Does not fail with the built-in presets.
 pub fn page(comparison: &Comparison) -> Result<Page, Error> {
-    let mut page = Page::new(TITLE)
-        .introduction(INTRODUCTION)
-        .section(glance(comparison)?)
-        .section(merits(comparison));
-    for section in &SECTIONS {
-        page = page.section(section.render(comparison));
-    }
-    page = page
-        .section(frequency_response(comparison))
-        .section(stability::section()?)
-        .section(one_by_one(comparison));
-    for outcome in &comparison.outcomes {
-        page = page.parameters(parameters(outcome));
-    }
-    Ok(page)
+    let mut sections = vec![glance(comparison)?, merits(comparison)];
+    sections.extend(SECTIONS.iter().map(|section| section.render(comparison)));
+    sections.extend([
+        frequency_response(comparison),
+        stability::section()?,
+        one_by_one(comparison),
+    ]);
+    Ok(Page {
+        title: TITLE,
+        introduction: INTRODUCTION,
+        sections,
+        parameters: comparison.outcomes.iter().map(parameters).collect(),
+    })
 }
 
 fn glance(comparison: &Comparison) -> Result<Section, Error> {
@@ -71,12 +68,13 @@ fn glance(comparison: &Comparison) -> Result<Section, Error> {
             shown(&leading, "variable-step"),
         ),
     ];
-    Ok(Section::new("At a glance").figure(responses::angles("Step responses", &inputs).caption(
+    let figure = responses::angles("Step responses", &inputs).caption(
         "The paper's two validation inputs. The black boxes move at their rate limits almost until \
          they reach the command. Grey box and board agree with each other and slow down earlier: \
          with a position gain of 8 they command less than the rate limit when the error is below \
          35 deg.",
-    )))
+    );
+    Ok(Section::new("At a glance", [figure.into()]))
 }
 
 fn pulse_of(model: &Model, duration_s: f64) -> Result<Trace, Error> {
@@ -88,34 +86,8 @@ fn pulse_of(model: &Model, duration_s: f64) -> Result<Trace, Error> {
 }
 
 fn merits(comparison: &Comparison) -> Section {
-    let section = Section::new("Figures of merit");
-    tables::all(comparison)
-        .into_iter()
-        .fold(section, Section::table)
-}
-
-/// Adds a box for each contradiction.
-pub(super) fn remarks(section: Section, contradictions: &[Contradiction]) -> Section {
-    contradictions.iter().fold(section, |section, c| {
-        section.titled_warning(c.title, c.text)
-    })
-}
-
-/// Adds the warnings of the presets that the figure shows.
-pub(super) fn warned(figure: Figure, outcomes: &[&Outcome]) -> Figure {
-    outcomes.iter().fold(figure, |figure, outcome| {
-        let preset = model_core::presets::preset(outcome.runs.model.preset);
-        match preset.and_then(|preset| preset.warning) {
-            Some(warning) => figure.warning(format!("{}: {warning}", outcome.runs.model.name)),
-            None => figure,
-        }
-    })
-}
-
-/// The traces of these models on this input.
-pub(super) fn shown<'a>(outcomes: &[&'a Outcome], input: &str) -> Vec<Shown<'a>> {
-    let of = |outcome: &&'a Outcome| Some((&outcome.runs.model, outcome.runs.trace(input)?));
-    outcomes.iter().filter_map(of).collect()
+    let tables = tables::all(comparison).into_iter().map(Block::Table);
+    Section::new("Figures of merit", tables.collect::<Vec<_>>())
 }
 
 fn frequency_response(comparison: &Comparison) -> Section {
@@ -129,7 +101,7 @@ fn frequency_response(comparison: &Comparison) -> Section {
          is not linear: its friction, 3 % of the stall torque, and its backlash attenuate small \
          motions more than large ones.",
     ];
-    let mut section = Section::new("Frequency response").text(
+    let mut blocks: Vec<Block> = vec![
         "As in the paper's figure 11, the transport delay is not included. Lines are computed from \
          the parameters, without limits and quantization. Points are measured: the simulator, with \
          limits, encoder and timing, is driven by one sine after the other, and the delay of 17.5 ms \
@@ -137,20 +109,18 @@ fn frequency_response(comparison: &Comparison) -> Section {
          as-printed-strict allows 1 deg only. A point is drawn where the motion is at least three \
          times larger than any motion within an octave that the sine does not cause, such as that \
          of quantization. If the motor has different gains up and down, the line is computed with \
-         their harmonic mean.",
-    );
+         their harmonic mean."
+            .into(),
+    ];
     let groups = comparison.groups().into_iter().zip(CAPTIONS);
     for (i, ((group, outcomes), caption)) in groups.enumerate() {
         let title = format!("Bode plot: {group}");
-        section = section.figure(bode::figure(&title, &outcomes).caption(caption));
+        blocks.push(bode::figure(&title, &outcomes).caption(caption).into());
         if i == 0 {
-            section = remarks(
-                section,
-                &[contradictions::BANDWIDTHS, contradictions::SPEEDS],
-            );
+            blocks.extend([&contradictions::BANDWIDTHS, &contradictions::SPEEDS].map(Block::from));
         }
     }
-    section
+    Section::new("Frequency response", blocks)
 }
 
 fn one_by_one(comparison: &Comparison) -> Section {
@@ -163,13 +133,15 @@ fn one_by_one(comparison: &Comparison) -> Section {
             &[outcome],
         )
     };
-    let section = Section::new("Each model on the pulse").text(
+    let blocks = [
         "One figure for each model, as in the paper's figures 9, 10 and 12. A black box has no \
          duty. In as-printed, the duty has the paper's unit and no limit, and is far larger than \
-         an H-bridge can apply.",
-    );
-    let section = remarks(section, &[contradictions::ENCODER]);
-    section.gallery(comparison.outcomes.iter().map(figure))
+         an H-bridge can apply."
+            .into(),
+        (&contradictions::ENCODER).into(),
+        Block::Figures(comparison.outcomes.iter().map(figure).collect()),
+    ];
+    Section::new("Each model on the pulse", blocks)
 }
 
 fn parameters(outcome: &Outcome) -> Table {

@@ -3,10 +3,12 @@
 use super::{
     comparison::{Comparison, Outcome},
     contradictions::{self, Contradiction},
-    document::{remarks, shown, warned},
-    responses::{self, Quantity},
+    responses::{self, Quantity, shown, warned},
 };
-use crate::{page::Section, plot::Figure};
+use crate::{
+    page::{Block, Section},
+    plot::Figure,
+};
 
 /// A section on one input.
 pub(super) struct InputSection {
@@ -131,18 +133,21 @@ pub(super) const SECTIONS: [InputSection; 6] = [
 impl InputSection {
     /// Makes the section.
     pub(super) fn render(&self, comparison: &Comparison) -> Section {
-        let mut section = Section::new(self.title).text(self.text);
+        let mut blocks: Vec<Block> = vec![self.text.into()];
         let groups = comparison.groups().into_iter().zip(self.captions);
         for (i, ((group, outcomes), caption)) in groups.enumerate() {
-            section = section.figure(self.figure(group, &outcomes, caption));
+            blocks.push(self.figure(group, &outcomes, caption).into());
             if i == 0 {
-                section = remarks(section, self.contradictions);
+                blocks.extend(self.contradictions.iter().map(Block::from));
             }
         }
         if !self.all.is_empty() {
-            section = section.figure(self.figure("all models", &comparison.all(), self.all));
+            blocks.push(
+                self.figure("all models", &comparison.all(), self.all)
+                    .into(),
+            );
         }
-        section
+        Section::new(self.title, blocks)
     }
 
     fn figure(&self, group: &str, outcomes: &[&Outcome], caption: &str) -> Figure {

@@ -1,6 +1,7 @@
 //! Figures of models over time.
 
 use super::{
+    comparison::Outcome,
     curves::{Curve, panel},
     models::Model,
 };
@@ -92,4 +93,21 @@ fn panel_of(quantity: Quantity, label: &str, shown: &[Shown]) -> Option<Panel> {
         .chain(models)
         .collect();
     Some(panel(label, first.column("time_s")?, &curves))
+}
+
+/// Adds the warnings of the presets that the figure shows.
+pub(super) fn warned(figure: Figure, outcomes: &[&Outcome]) -> Figure {
+    outcomes.iter().fold(figure, |figure, outcome| {
+        let preset = model_core::presets::preset(outcome.runs.model.preset);
+        match preset.and_then(|preset| preset.warning) {
+            Some(warning) => figure.warning(format!("{}: {warning}", outcome.runs.model.name)),
+            None => figure,
+        }
+    })
+}
+
+/// The traces of these models on this input.
+pub(super) fn shown<'a>(outcomes: &[&'a Outcome], input: &str) -> Vec<Shown<'a>> {
+    let of = |outcome: &&'a Outcome| Some((&outcome.runs.model, outcome.runs.trace(input)?));
+    outcomes.iter().filter_map(of).collect()
 }

@@ -2,7 +2,6 @@
 
 use super::{
     contradictions,
-    document::remarks,
     models::Model,
     responses::{self, Quantity},
     small_signal::sampled,
@@ -42,16 +41,18 @@ fn literal() -> Scenario {
 /// # Errors
 /// Does not fail with the built-in presets.
 pub fn section() -> Result<Section, Error> {
-    let section = Section::new("Stability of the sampled loop")
-        .text(
-            "The board computes the duty from a sampled angle; the duty takes effect at the next \
+    let blocks = [
+        "The board computes the duty from a sampled angle; the duty takes effect at the next \
              PWM edge, 1 ms later. The margins are computed exactly for this loop, with zero-order \
-             hold, delay and filtered encoder difference.",
-        )
-        .table(table()?)
-        .table(limits()?);
-    let doubts = [contradictions::STEADY_GAIN, contradictions::LITERAL_GAINS];
-    Ok(remarks(section, &doubts).figure(figure()?))
+             hold, delay and filtered encoder difference."
+            .into(),
+        table()?.into(),
+        limits()?.into(),
+        (&contradictions::STEADY_GAIN).into(),
+        (&contradictions::LITERAL_GAINS).into(),
+        figure()?.into(),
+    ];
+    Ok(Section::new("Stability of the sampled loop", blocks))
 }
 
 fn table() -> Result<Table, Error> {

@@ -58,6 +58,20 @@ pub enum Error {
     WithoutParquet(PathBuf),
 }
 
+impl From<Error> for error::Error {
+    fn from(error: Error) -> Self {
+        match error {
+            Error::Write(error) => error.into(),
+            Error::Name(path) => Self::Option {
+                option: "--out",
+                value: path.display().to_string(),
+                expected: EXPECTED_NAME,
+            },
+            refused => Self::Conflict(refused.to_string()),
+        }
+    }
+}
+
 /// The format of a trace file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {

@@ -1,19 +1,19 @@
 //! The assessment of a fit: quality, residuals, limits, validation, and warnings.
 
 mod extrapolation;
-pub mod limited;
 pub mod nonparametric;
 mod warnings;
 
 use std::sync::Arc;
 
-pub use limited::{Limited, Stretch};
+pub use crate::limited::{Limited, Stretch};
 pub use nonparametric::NonparametricAnalysis;
 
 use super::{
     engine::predict,
     experiment::Experiment,
-    fit::{ExperimentFit, Fit},
+    experiment_fit::ExperimentFit,
+    fit::Fit,
     problem::{IdentifyError, Problem},
     recording::Recording,
     statistics::{Correlations, Criteria, Quality},

@@ -3,7 +3,8 @@
 use super::{Assessed, Assessment};
 use crate::{
     consistency::Part,
-    fit::{Bound, Estimate, Termination},
+    fit::{Bound, Estimate},
+    levenberg::Termination,
     loss::Loss,
     screening::suspicion,
     statistics::distributions::{COVERED, two_sided},

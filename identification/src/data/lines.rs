@@ -57,11 +57,6 @@ pub struct TextLine<'a> {
 }
 
 impl<'a> Lines<'a> {
-    /// Opens a file of comma-separated values.
-    pub fn open(path: &'a Path) -> Result<Self, ImportError> {
-        Self::delimited(path, Some(Delimiter::Character(b',')))
-    }
-
     /// Opens a file with this delimiter, or the one detected from the first line.
     pub fn delimited(path: &'a Path, delimiter: Option<Delimiter>) -> Result<Self, ImportError> {
         let file = BoundedFile::open(path, MOST_BYTES).map_err(|source| ImportError::Read {

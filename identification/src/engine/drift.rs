@@ -5,7 +5,7 @@ use super::preview::MANY_SAMPLES;
 use crate::blocks::Blocks;
 use crate::consistency::{Drift, drift_step};
 use crate::experiment::Experiment;
-use crate::fit::ExperimentFit;
+use crate::experiment_fit::ExperimentFit;
 use crate::levenberg::{Found, Limits, search};
 use crate::problem::Problem;
 use crate::unknowns::Unknowns;

@@ -5,13 +5,12 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Solution;
-use super::outcome::has_scale;
 use crate::blocks::Blocks;
 use crate::consistency::Consistency;
 use crate::covariance::Covariance;
 use crate::fit::Estimate;
 use crate::levenberg::Found;
-use crate::problem::Problem;
+use crate::problem::{Problem, Spec};
 use crate::statistics::distributions::{COVERED, two_sided};
 use crate::unknowns::Unknowns;
 
@@ -111,7 +110,7 @@ pub fn leave_open_correlated(
         let error = estimate
             .standard_error
             .max(estimate.standard_error_coloured);
-        let is_small = error <= SMALL * estimate.value.abs() || !spec.is_some_and(has_scale);
+        let is_small = error <= SMALL * estimate.value.abs() || !spec.is_some_and(Spec::has_scale);
         estimate.identifiable &= largest < INSEPARABLE || is_small;
     }
 }

@@ -3,11 +3,12 @@
 use nalgebra::DMatrix;
 
 use super::{Solution, drift, intervals};
-use crate::assessment::Limited;
 use crate::consistency::Consistency;
 use crate::covariance::{Covariance, covariance};
-use crate::fit::{Bound, Estimate, ExperimentFit, Fit};
+use crate::experiment_fit::ExperimentFit;
+use crate::fit::{Bound, Estimate, Fit};
 use crate::levenberg::Found;
+use crate::limited::Limited;
 use crate::loss::Loss;
 use crate::model::ActiveLimit;
 use crate::problem::{Problem, Scope, Spec};
@@ -188,11 +189,6 @@ fn given(problem: &Problem, parameter: usize, spec: &Spec) -> Vec<Estimate> {
     values.iter().enumerate().map(one).collect()
 }
 
-/// Whether ratios of a parameter matter, rather than differences.
-pub fn has_scale(spec: &Spec) -> bool {
-    spec.is_log_scaled() || spec.parameter.unit == "s" || spec.parameter.unit == "1"
-}
-
 /// Whether the data determine a parameter.
 fn is_identifiable(spec: &Spec, estimate: &Estimate) -> bool {
     if let Some(bound) = estimate.at_bound {
@@ -204,7 +200,7 @@ fn is_identifiable(spec: &Spec, estimate: &Estimate) -> bool {
         .max(estimate.standard_error_coloured);
     // Parameters without influence have NaN as their standard error.
     !error.is_nan()
-        && (!has_scale(spec) || spec.scope == Scope::Own || error <= VAGUE * estimate.value.abs())
+        && (!spec.has_scale() || spec.scope == Scope::Own || error <= VAGUE * estimate.value.abs())
 }
 
 /// Prediction and residuals of one experiment.

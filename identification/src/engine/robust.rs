@@ -9,7 +9,8 @@ use super::{
     Options, Progress, Solution, assumptions, nested::CancelOnly, outcome, solve as search_all,
 };
 use crate::experiment::Assumptions;
-use crate::fit::{ExperimentFit, Fit};
+use crate::experiment_fit::ExperimentFit;
+use crate::fit::Fit;
 use crate::levenberg::search;
 use crate::loss::Loss;
 use crate::problem::{IdentifyError, Problem};

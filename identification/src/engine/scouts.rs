@@ -9,7 +9,7 @@ use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::{Searches, is_same_cost};
-use crate::fit::Termination;
+use crate::levenberg::Termination;
 use crate::levenberg::{Found, Limits, search_down_to};
 use crate::problem::{IdentifyError, Problem};
 

@@ -1,6 +1,6 @@
 //! What a frame means: the service of CiA 301, the node, and the names of the objects in it.
 
-use canopen::CanFrame;
+use canopen::{CanFrame, cob_id};
 use host_sim::can::fault_history::PastError;
 use host_sim::can::names;
 use host_sim::can::sdo::abort_text;
@@ -51,17 +51,17 @@ pub fn decode(frame: &CanFrame, process_data: impl Fn(&CanFrame) -> Option<Strin
     if is_extended {
         return decoded("29-bit identifier", 0, String::new());
     }
-    let (node, data) = ((id & 0x7F) as u8, frame.bytes());
-    match id {
-        0 => {
+    let ((function, node), data) = (cob_id::split(id), frame.bytes());
+    match (function, node) {
+        (cob_id::NMT, 0) => {
             let whom = match data[1] {
                 0 => "all nodes".to_owned(),
                 node => format!("node {node}"),
             };
             decoded("NMT", data[1], format!("{} {whom}", nmt_command(data[0])))
         }
-        0x80 => decoded("SYNC", 0, String::new()),
-        0x81..=0xFF => {
+        (cob_id::EMERGENCY, 0) => decoded("SYNC", 0, String::new()),
+        (cob_id::EMERGENCY, _) => {
             let word = u32::from_le_bytes([data[0], data[1], data[3], data[4]]);
             let text = match u16::from_le_bytes([data[0], data[1]]) {
                 0 => "error reset".to_owned(),
@@ -69,27 +69,37 @@ pub fn decode(frame: &CanFrame, process_data: impl Fn(&CanFrame) -> Option<Strin
             };
             decoded("EMCY", node, text)
         }
-        0x100 => decoded("TIME", 0, String::new()),
-        0x181..=0x57F => {
-            let service = match id & 0x780 {
-                0x180 => "TPDO 1",
-                0x200 => "RPDO 1",
-                0x280 => "TPDO 2",
-                0x300 => "RPDO 2",
-                0x380 => "TPDO 3",
-                0x400 => "RPDO 3",
-                0x480 => "TPDO 4",
-                _ => "RPDO 4",
-            };
-            decoded(service, node, process_data(frame).unwrap_or_default())
+        (cob_id::TIME, 0) => decoded("TIME", 0, String::new()),
+        (cob_id::SDO_RESPONSE, 1..) => decoded("SDO response", node, sdo(data, true)),
+        (cob_id::SDO_REQUEST, 1..) => decoded("SDO request", node, sdo(data, false)),
+        (cob_id::HEARTBEAT, 1..) => {
+            decoded("heartbeat", node, nmt_state(data[0] & 0x7F).to_owned())
         }
-        0x581..=0x5FF => decoded("SDO response", node, sdo(data, true)),
-        0x601..=0x67F => decoded("SDO request", node, sdo(data, false)),
-        0x701..=0x77F => decoded("heartbeat", node, nmt_state(data[0] & 0x7F).to_owned()),
-        0x7E4 => decoded("LSS response", 0, String::new()),
-        0x7E5 => decoded("LSS request", 0, String::new()),
-        _ => decoded("unknown", 0, String::new()),
+        _ if id == cob_id::LSS_RESPONSE => decoded("LSS response", 0, String::new()),
+        _ if id == cob_id::LSS_REQUEST => decoded("LSS request", 0, String::new()),
+        _ => match pdo(function) {
+            Some(service) => decoded(service, node, process_data(frame).unwrap_or_default()),
+            None => decoded("unknown", 0, String::new()),
+        },
     }
+}
+
+/// The name of a PDO.
+fn pdo(function: u32) -> Option<&'static str> {
+    const NAMES: [[&str; 2]; 4] = [
+        ["TPDO 1", "RPDO 1"],
+        ["TPDO 2", "RPDO 2"],
+        ["TPDO 3", "RPDO 3"],
+        ["TPDO 4", "RPDO 4"],
+    ];
+    NAMES
+        .iter()
+        .zip(1..)
+        .find_map(|([transmitted, received], number)| match function {
+            _ if function == cob_id::tpdo(number) => Some(*transmitted),
+            _ if function == cob_id::rpdo(number) => Some(*received),
+            _ => None,
+        })
 }
 
 /// The content of an SDO frame that names an object.

@@ -2,14 +2,11 @@
 
 use std::time::Duration;
 
-use canopen::CanFrame;
-use embedded_can::StandardId;
+use canopen::{
+    CanFrame,
+    cob_id::{LSS_REQUEST, LSS_RESPONSE, of_node},
+};
 use host_sim::can::{client::ClientError, link::Link};
-
-/// Identifiers of the master's requests and the slaves' responses.
-const REQUEST: u16 = 0x7E5;
-/// The identifier of the responses.
-pub const RESPONSE: u32 = 0x7E4;
 
 /// Time for a response, which a device gives at once.
 const PATIENCE: Duration = Duration::from_millis(50);
@@ -32,7 +29,7 @@ impl<'a> LssMaster<'a> {
     }
 
     fn send(&mut self, data: [u8; 8]) -> Result<(), ClientError> {
-        let id = StandardId::new(REQUEST).unwrap_or(StandardId::MAX);
+        let id = of_node(LSS_REQUEST, 0);
         Ok(self
             .link
             .send(&CanFrame::received(id.into(), false, 8, data))?)
@@ -42,7 +39,7 @@ impl<'a> LssMaster<'a> {
     fn response(&mut self, command: u8, time: Duration) -> Result<Option<[u8; 8]>, ClientError> {
         while let Some(frame) = self.link.receive(time)? {
             let data = frame.bytes();
-            if frame.raw_id() == (RESPONSE, false) && data[0] == command {
+            if frame.raw_id() == (LSS_RESPONSE, false) && data[0] == command {
                 return Ok(Some(data));
             }
         }

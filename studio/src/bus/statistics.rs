@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use canopen::CanFrame;
+use canopen::{CanFrame, cob_id};
 use host_sim::can::bus_load::frame_bits;
 use serde_json::{Value, json};
 
@@ -63,7 +63,10 @@ impl Statistics {
         let stream = self.streams.entry(key).or_default();
         stream.count += 1;
         stream.last_s = time_s;
-        let is_periodic = matches!(key.0, 0x180..=0x57F | 0x700..=0x77F);
+        let is_periodic = {
+            let function = cob_id::split(key.0).0;
+            (cob_id::tpdo(1)..=cob_id::rpdo(4)).contains(&function) || function == cob_id::HEARTBEAT
+        };
         // The content of a periodic frame is decoded only as often as it is displayed.
         if is_periodic && stream.decoded.is_some() && !stream.is_displayed {
             return;

@@ -2,14 +2,14 @@
 
 use std::time::Instant;
 
-use canopen::CanFrame;
+use canopen::{CanFrame, cob_id::LSS_RESPONSE};
 use embedded_can::{Frame as _, StandardId};
 use serde_json::json;
 
 use super::Context;
 use crate::attach;
 use crate::bus::decode::nmt_command;
-use crate::bus::lss::{LssMaster, RESPONSE};
+use crate::bus::lss::LssMaster;
 use crate::motion;
 
 pub fn alive(context: &Context) {
@@ -78,7 +78,7 @@ pub fn command(context: &Context, node: u8, command: &str) {
 pub fn find(context: Context) {
     let reply = context.reply.clone();
     let begun = context.core.spawn(move |core, _| {
-        let mut link = core.hub.link(RESPONSE..=RESPONSE);
+        let mut link = core.hub.link(LSS_RESPONSE..=LSS_RESPONSE);
         let mut master = LssMaster::new(&mut link);
         let found = master.find().and_then(|found| {
             master.leave()?;
@@ -104,7 +104,7 @@ pub fn assign(context: Context, serial: u32, node: u8) {
     }
     let reply = context.reply.clone();
     let begun = context.core.spawn(move |core, _| {
-        let mut link = core.hub.link(RESPONSE..=RESPONSE);
+        let mut link = core.hub.link(LSS_RESPONSE..=LSS_RESPONSE);
         let mut master = LssMaster::new(&mut link);
         let assigned = match master.find() {
             Ok(Some([.., found])) if found == serial => {

@@ -315,7 +315,10 @@ impl Server {
         if self.refused > 0 && is_due {
             self.noticed = Some(now);
             let refused = std::mem::take(&mut self.refused);
-            notify(&Notice::Full { refused });
+            notify(&Notice::Full {
+                connections: CONNECTIONS_MAX,
+                refused,
+            });
         }
     }
 }

@@ -4,7 +4,7 @@ import { spawn } from 'node:child_process';
 import { mkdirSync, writeFileSync } from 'node:fs';
 import { createConnection, createServer } from 'node:net';
 import { join } from 'node:path';
-import { launch } from '../../../bindings/web/tests/chromium.mjs';
+import { launch } from './chromium.mjs';
 
 export const wait = ms => new Promise(done => setTimeout(done, ms));
 

@@ -11,6 +11,7 @@ use identification::frequency::FrequencyResponse;
 
 use crate::{
     Failure,
+    host::seconds,
     models::MODELS,
     runs::{CHIRP_END_HZ, CONDITIONS, Run, SampleRate},
     study::Study,
@@ -74,9 +75,7 @@ fn thin(trace: &[f64]) -> Vec<f64> {
 
 /// Two panels: models with the paper's numbers, and fitted models; the runs in grey in both.
 fn time_figure(title: &str, traces: &Traces, models: &[usize]) -> Figure {
-    let t: Vec<f64> = (0..traces.mean_deg.len())
-        .map(|i| i as f64 / 250.0)
-        .collect();
+    let t: Vec<f64> = (0..traces.mean_deg.len()).map(|i| seconds(i)).collect();
     let t = thin(&t);
     let series = |label: &str, colour, y: &[f64]| Series::new(label, colour, &t, &thin(y));
     let panel = |label: &str, answers: &[Vec<f64>]| {

@@ -8,9 +8,17 @@ use board_tests::frames::{
     Frame, control, is_operation_enabled, start, to_wire, write, write_real,
 };
 use board_tests::master::PERIODS;
+use canopen::cob_id;
 use host_sim::can::client::state_name;
+use model_core::time::CONTROL_RATE_HZ;
 use virtual_board::can;
 use virtual_board::run::{Flow, Script, View};
+
+/// Identifiers of the only node.
+const TPDO_1: u32 = cob_id::tpdo(1) + 1;
+const TPDO_2: u32 = cob_id::tpdo(2) + 1;
+const TPDO_3: u32 = cob_id::tpdo(3) + 1;
+const SDO_RESPONSE: u32 = cob_id::SDO_RESPONSE + 1;
 
 /// Control periods in a period of the host.
 pub const CONTROL_PERIODS_PER_HOST_PERIOD: usize = 5;
@@ -27,6 +35,16 @@ const SETUP: u64 = 2;
 const ENABLE: u64 = 30;
 /// The control period of time zero, in which the shaft has reached the first command.
 const START: u64 = 280;
+
+/// The time of a sample of the telemetry, s.
+pub fn seconds(sample: usize) -> f64 {
+    sample as f64 / f64::from(CONTROL_RATE_HZ)
+}
+
+/// The sample at a time, s.
+pub fn sample_at(time_s: f64) -> usize {
+    (time_s * f64::from(CONTROL_RATE_HZ)) as usize
+}
 
 /// Telemetry of a control period.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -186,20 +204,20 @@ impl Host {
         let sample = &mut self.samples[tick];
         let [a, b, c, d, e, f, g, h] = frame.data;
         match frame.id.value() {
-            0x181 => {
+            TPDO_1 => {
                 sample.angle_mdeg = i32::from_le_bytes([a, b, c, d]);
                 sample.rate_ddeg_s = i16::from_le_bytes([e, f]);
             }
-            0x281 => {
+            TPDO_2 => {
                 sample.current_ma = i16::from_le_bytes([a, b]);
                 sample.duty_cpct = i16::from_le_bytes([c, d]);
                 sample.supply_mv = u32::from_le_bytes([e, f, g, h]);
             }
-            0x381 => {
+            TPDO_3 => {
                 sample.statusword = u16::from_le_bytes([a, b]);
                 sample.error_code = u16::from_le_bytes([d, e]);
             }
-            0x581 if a == 0x80 => self.refused.push((u16::from_le_bytes([b, c]), d)),
+            SDO_RESPONSE if a == 0x80 => self.refused.push((u16::from_le_bytes([b, c]), d)),
             _ => {}
         }
     }
@@ -223,7 +241,7 @@ impl Host {
         match samples.iter().position(|sample| !runs(sample)) {
             None => Ok(samples),
             Some(index) => Err(HostError::Stopped {
-                at_s: index as f64 * 0.004,
+                at_s: seconds(index),
                 state: state_name(samples[index].statusword),
                 error_code: samples[index].error_code,
             }),

@@ -2,13 +2,16 @@
 
 use identification::{Experiment, Hold, Recording};
 use indicatif::{ProgressBar, ProgressStyle};
-use model_core::{excitation::catalogue::Input, time::TICKS_PER_SECOND};
+use model_core::{
+    excitation::catalogue::Input,
+    time::{CONTROL_RATE_HZ, TICKS_PER_SECOND},
+};
 use rayon::prelude::*;
 use virtual_board::run::{Firmware, Options, run};
 
 use crate::{
     Failure,
-    host::{CONTROL_PERIODS_PER_HOST_PERIOD, Host, Sample},
+    host::{CONTROL_PERIODS_PER_HOST_PERIOD, Host, Sample, seconds},
     test_bench::{Controller, Load, RUNS, plant_options},
 };
 
@@ -49,7 +52,7 @@ impl SampleRate {
 
     /// Samples per second.
     pub fn hz(self) -> usize {
-        250 / self.every()
+        CONTROL_RATE_HZ as usize / self.every()
     }
 
     fn every(self) -> usize {
@@ -190,7 +193,7 @@ impl Run {
         };
         Recording {
             name: format!("{} run {}", INPUTS[self.key.input], self.key.run),
-            time_s: rows().map(|(tick, _)| tick as f64 / 250.0).collect(),
+            time_s: rows().map(|(tick, _)| seconds(tick)).collect(),
             command_deg: rows().map(command).collect(),
             angle_deg: column(|t| f64::from(t.angle_mdeg) * 1e-3),
             rate_deg_s: Some(column(|t| f64::from(t.rate_ddeg_s) * 0.1)),

@@ -1,6 +1,12 @@
 //! Quantities of traces for the paper's qualitative statements.
 
-use crate::{Failure, models, runs::Run, study::Study};
+use crate::{
+    Failure,
+    host::{sample_at, seconds},
+    models,
+    runs::Run,
+    study::Study,
+};
 
 /// The mean of several traces, sample by sample.
 pub fn mean(traces: &[Vec<f64>]) -> Vec<f64> {
@@ -84,7 +90,7 @@ pub fn overshoot_deg(command_deg: &[f64], trace: &[f64]) -> f64 {
 
 /// Root mean square of a difference between two instants, s, at 250 Hz.
 pub fn rms_deg(a: &[f64], b: &[f64], from_s: f64, to_s: f64) -> f64 {
-    let (from, to) = ((from_s * 250.0) as usize, (to_s * 250.0) as usize);
+    let (from, to) = (sample_at(from_s), sample_at(to_s));
     let pairs = a.iter().zip(b).take(to).skip(from);
     let (sum, count) = pairs.fold((0.0, 0), |(sum, count), (a, b)| {
         (sum + (a - b).powi(2), count + 1)
@@ -94,11 +100,11 @@ pub fn rms_deg(a: &[f64], b: &[f64], from_s: f64, to_s: f64) -> f64 {
 
 /// Time, s at 250 Hz, and value, deg, of the largest difference of two traces between two instants.
 pub fn largest_difference(a: &[f64], b: &[f64], from_s: f64, to_s: f64) -> (f64, f64) {
-    let (from, to) = ((from_s * 250.0) as usize, (to_s * 250.0) as usize);
+    let (from, to) = (sample_at(from_s), sample_at(to_s));
     let differences = a.iter().zip(b).map(|(a, b)| (a - b).abs()).enumerate();
     let within = differences.take(to).skip(from);
     let largest_difference = within.max_by(|a, b| a.1.total_cmp(&b.1));
-    largest_difference.map_or((f64::NAN, f64::NAN), |(i, deg)| (i as f64 / 250.0, deg))
+    largest_difference.map_or((f64::NAN, f64::NAN), |(i, deg)| (seconds(i), deg))
 }
 
 /// The traces of an input in one condition, at 250 Hz.

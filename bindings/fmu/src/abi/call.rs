@@ -3,10 +3,30 @@
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::slice;
 
-use super::types::{Component, Status};
+use super::component::Component;
+use super::types::Status;
 use crate::instance::{Instance, Refusal};
 
 pub type Result<T> = std::result::Result<T, Refusal>;
+
+/// C functions that take a component and return a status: what each does, its name in each version
+/// of the standard that has it with these arguments, the arguments, and the body.
+macro_rules! interface {
+    ($($about:literal [$($function:ident),+] $arguments:tt $body:expr;)+) => {$($(
+        interface!(@ $about $function $arguments $body);
+    )+)+};
+    (@ $about:literal $function:ident ($($argument:ident: $type:ty),*) $body:expr) => {
+        #[doc = $about]
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $function(
+            component: *mut $crate::abi::Component,
+            $($argument: $type),*
+        ) -> $crate::abi::Status {
+            // SAFETY: component and pointers are from the host.
+            unsafe { $crate::abi::call::call(component, stringify!($function), $body) }
+        }
+    };
+}
 
 /// Executes a call on an instance, and reports a refusal to the host.
 ///

@@ -1,50 +1,18 @@
 //! Model exchange.
 
-use std::ffi::c_int;
-
-use super::call::{call, elements, elements_mut, place};
-use super::types::{Boolean, Component, Status};
+use super::call::{Result, elements, elements_mut, place};
+use super::types::{Boolean2, Boolean3, EventInfo};
 use crate::exchange::Update;
-use crate::instance::{Instance, Result, exchange::Evaluation};
+use crate::instance::{Instance, exchange::Evaluation};
 
-/// `fmi2EventInfo`.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-#[repr(C)]
-pub struct EventInfo {
-    /// Whether the event iteration goes on; it does not.
-    pub new_discrete_states_needed: Boolean,
-    /// Whether the instance ends the simulation; it does not.
-    pub terminate_simulation: Boolean,
-    /// Whether the nominal values have changed; they do not.
-    pub nominals_of_continuous_states_changed: Boolean,
-    /// Whether the event has changed the continuous states.
-    pub values_of_continuous_states_changed: Boolean,
-    /// Whether the time of the next event is known.
-    pub next_event_time_defined: Boolean,
-    /// That time.
-    pub next_event_time: f64,
-}
+interface! {
+    "Begins an event."
+    [fmi2EnterEventMode, fmi3EnterEventMode] () Instance::enter_event_mode;
 
-/// Begins an event.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterEventMode(c: *mut Component) -> Status {
-    // SAFETY: a component from the host, here and below.
-    unsafe { call(c, "fmi2EnterEventMode", Instance::enter_event_mode) }
-}
-
-/// Processes an event.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2NewDiscreteStates(
-    c: *mut Component,
-    fmi2eventInfo: *mut EventInfo,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: a pointer from the host.
-        let info = unsafe { place(fmi2eventInfo, "fmi2eventInfo")? };
-        let Update {
-            changed_states,
-            next_event_s,
-        } = instance.update_discrete_states()?;
+    "Processes an event."
+    [fmi2NewDiscreteStates] (fmi2eventInfo: *mut EventInfo) |instance| {
+        let info = place(fmi2eventInfo, "fmi2eventInfo")?;
+        let Update { changed_states, next_event_s } = instance.update_discrete_states()?;
         *info = EventInfo {
             values_of_continuous_states_changed: changed_states.into(),
             next_event_time_defined: next_event_s.is_some().into(),
@@ -53,164 +21,115 @@ pub unsafe extern "C" fn fmi2NewDiscreteStates(
         };
         Ok(())
     };
-    // SAFETY: as above.
-    unsafe { call(c, "fmi2NewDiscreteStates", body) }
-}
 
-/// Begins or continues the integration.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2EnterContinuousTimeMode(c: *mut Component) -> Status {
-    let body = Instance::enter_continuous_time_mode;
-    // SAFETY: as above.
-    unsafe { call(c, "fmi2EnterContinuousTimeMode", body) }
-}
+    "Processes an event. The iteration ends at once, the nominal values do not change, and the \
+     instance does not end the simulation."
+    [fmi3UpdateDiscreteStates] (
+        discreteStatesNeedUpdate: *mut Boolean3,
+        terminateSimulation: *mut Boolean3,
+        nominalsOfContinuousStatesChanged: *mut Boolean3,
+        valuesOfContinuousStatesChanged: *mut Boolean3,
+        nextEventTimeDefined: *mut Boolean3,
+        nextEventTime: *mut f64
+    ) |instance| {
+        *place(discreteStatesNeedUpdate, "discreteStatesNeedUpdate")? = 0;
+        *place(terminateSimulation, "terminateSimulation")? = 0;
+        *place(nominalsOfContinuousStatesChanged, "nominalsOfContinuousStatesChanged")? = 0;
+        let changed = place(valuesOfContinuousStatesChanged, "valuesOfContinuousStatesChanged")?;
+        let is_defined = place(nextEventTimeDefined, "nextEventTimeDefined")?;
+        let next_s = place(nextEventTime, "nextEventTime")?;
+        let Update { changed_states, next_event_s } = instance.update_discrete_states()?;
+        *changed = changed_states.into();
+        *is_defined = next_event_s.is_some().into();
+        *next_s = next_event_s.unwrap_or_default();
+        Ok(())
+    };
 
-/// Accepts a step of the solver. It needs no event and no end of the simulation.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2CompletedIntegratorStep(
-    c: *mut Component,
-    _noSetFMUStatePriorToCurrentPoint: Boolean,
-    enterEventMode: *mut Boolean,
-    terminateSimulation: *mut Boolean,
-) -> Status {
-    let function = "fmi2CompletedIntegratorStep";
-    // SAFETY: as above.
-    unsafe { complete_step(c, function, enterEventMode, terminateSimulation) }
-}
+    "Begins or continues the integration."
+    [fmi2EnterContinuousTimeMode, fmi3EnterContinuousTimeMode] ()
+    Instance::enter_continuous_time_mode;
 
-/// Sets the time.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetTime(c: *mut Component, time: f64) -> Status {
-    // SAFETY: as above.
-    unsafe { call(c, "fmi2SetTime", |instance| instance.set_time(time)) }
-}
+    "Accepts a step of the solver. It needs no event and no end of the simulation."
+    [fmi2CompletedIntegratorStep] (
+        _noSetFMUStatePriorToCurrentPoint: Boolean2, enterEventMode: *mut Boolean2,
+        terminateSimulation: *mut Boolean2
+    ) |instance| complete_step(instance, enterEventMode, terminateSimulation);
 
-/// Sets the continuous states.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetContinuousStates(
-    c: *mut Component,
-    x: *const f64,
-    nx: usize,
-) -> Status {
-    // SAFETY: as above.
-    unsafe { set_states(c, "fmi2SetContinuousStates", x, nx) }
-}
+    "Accepts a step of the solver. It needs no event and no end of the simulation."
+    [fmi3CompletedIntegratorStep] (
+        _noSetFMUStatePriorToCurrentPoint: Boolean3, enterEventMode: *mut Boolean3,
+        terminateSimulation: *mut Boolean3
+    ) |instance| complete_step(instance, enterEventMode, terminateSimulation);
 
-/// Reads the derivatives of the states.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetDerivatives(
-    c: *mut Component,
-    derivatives: *mut f64,
-    nx: usize,
-) -> Status {
-    // SAFETY: as above.
-    unsafe { evaluate(c, "fmi2GetDerivatives", derivatives, nx, |e| e.derivatives) }
-}
+    "Sets the time."
+    [fmi2SetTime, fmi3SetTime] (time: f64) |instance| instance.set_time(time);
 
-/// Reads the event indicators.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetEventIndicators(
-    c: *mut Component,
-    eventIndicators: *mut f64,
-    ni: usize,
-) -> Status {
-    let function = "fmi2GetEventIndicators";
-    // SAFETY: as above.
-    unsafe { evaluate(c, function, eventIndicators, ni, |e| e.indicators) }
-}
+    "Sets the continuous states."
+    [fmi2SetContinuousStates, fmi3SetContinuousStates] (states: *const f64, count: usize)
+    |instance| instance.set_states(elements(states, count, "the states")?);
 
-/// Reads the continuous states.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetContinuousStates(
-    c: *mut Component,
-    x: *mut f64,
-    nx: usize,
-) -> Status {
-    // SAFETY: as above.
-    unsafe { evaluate(c, "fmi2GetContinuousStates", x, nx, |e| e.states) }
-}
+    "Reads the derivatives of the states."
+    [fmi2GetDerivatives, fmi3GetContinuousStateDerivatives] (values: *mut f64, count: usize)
+    |instance| evaluate(instance, (values, count), |e| e.derivatives);
 
-/// Reads the nominal values of the states: one degree and the like.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetNominalsOfContinuousStates(
-    c: *mut Component,
-    x_nominal: *mut f64,
-    nx: usize,
-) -> Status {
-    let function = "fmi2GetNominalsOfContinuousStates";
-    // SAFETY: as above.
-    unsafe { evaluate(c, function, x_nominal, nx, nominals) }
+    "Reads the event indicators."
+    [fmi2GetEventIndicators, fmi3GetEventIndicators] (values: *mut f64, count: usize)
+    |instance| evaluate(instance, (values, count), |e| e.indicators);
+
+    "Reads the continuous states."
+    [fmi2GetContinuousStates, fmi3GetContinuousStates] (values: *mut f64, count: usize)
+    |instance| evaluate(instance, (values, count), |e| e.states);
+
+    "Reads the nominal values of the states: one degree and the like."
+    [fmi2GetNominalsOfContinuousStates, fmi3GetNominalsOfContinuousStates] (
+        values: *mut f64, count: usize
+    ) |instance| evaluate(instance, (values, count), |e| vec![1.0; e.states.len()]);
+
+    "Number of event indicators."
+    [fmi3GetNumberOfEventIndicators] (nEventIndicators: *mut usize) |instance| {
+        *place(nEventIndicators, "nEventIndicators")? = instance.dimensions().1;
+        Ok(())
+    };
+
+    "Number of continuous states."
+    [fmi3GetNumberOfContinuousStates] (nContinuousStates: *mut usize) |instance| {
+        *place(nContinuousStates, "nContinuousStates")? = instance.dimensions().0;
+        Ok(())
+    };
 }
 
 /// Accepts a step of the solver; the answers are "false", the default of each version's type.
 ///
 /// # Safety
 /// That of the [module](super).
-pub(crate) unsafe fn complete_step<B: Default>(
-    c: *mut Component,
-    function: &str,
+unsafe fn complete_step<B: Default>(
+    instance: &mut Instance,
     enter_event_mode: *mut B,
     terminate_simulation: *mut B,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: pointers from the host.
-        unsafe {
-            *place(enter_event_mode, "enterEventMode")? = B::default();
-            *place(terminate_simulation, "terminateSimulation")? = B::default();
-        }
-        instance.complete_step()
-    };
-    // SAFETY: as above.
-    unsafe { call(c, function, body) }
-}
-
-/// The nominal values of the states.
-pub(crate) fn nominals(evaluation: Evaluation) -> Vec<f64> {
-    vec![1.0; evaluation.states.len()]
-}
-
-/// Sets the continuous states.
-///
-/// # Safety
-/// That of the [module](super).
-pub(crate) unsafe fn set_states(
-    c: *mut Component,
-    function: &str,
-    states: *const f64,
-    count: usize,
-) -> Status {
-    let body = |instance: &mut Instance| {
-        // SAFETY: a pointer from the host with its count.
-        instance.set_states(unsafe { elements(states, count, "the states")? })
-    };
-    // SAFETY: as above.
-    unsafe { call(c, function, body) }
+) -> Result<()> {
+    // SAFETY: pointers from the host.
+    unsafe {
+        *place(enter_event_mode, "enterEventMode")? = B::default();
+        *place(terminate_simulation, "terminateSimulation")? = B::default();
+    }
+    instance.complete_step()
 }
 
 /// Writes a part of the evaluated equations to the host's memory.
 ///
 /// # Safety
 /// That of the [module](super).
-pub(crate) unsafe fn evaluate(
-    c: *mut Component,
-    function: &str,
-    values: *mut f64,
-    count: usize,
+unsafe fn evaluate(
+    instance: &Instance,
+    (values, count): (*mut f64, usize),
     of: impl FnOnce(Evaluation) -> Vec<f64>,
-) -> Status {
-    let body = |instance: &mut Instance| -> Result<()> {
-        let found = of(instance.evaluated()?);
-        if found.len() != count {
-            let expected = found.len();
-            return Err(format!("the number of values is {count}, expected {expected}").into());
-        }
-        // SAFETY: a pointer from the host with its count.
-        unsafe { elements_mut(values, count, "the values")? }.copy_from_slice(&found);
-        Ok(())
-    };
-    // SAFETY: as above.
-    unsafe { call(c, function, body) }
+) -> Result<()> {
+    let found = of(instance.evaluated()?);
+    if found.len() != count {
+        let expected = found.len();
+        return Err(format!("the number of values is {count}, expected {expected}").into());
+    }
+    // SAFETY: a pointer from the host with its count.
+    unsafe { elements_mut(values, count, "the values")? }.copy_from_slice(&found);
+    Ok(())
 }
-
-/// `fmi2ModelExchange` of `fmi2Type`.
-pub const MODEL_EXCHANGE: c_int = 0;

@@ -1,18 +1,17 @@
-//! The types of `fmi2FunctionTypes.h` and `fmi2TypesPlatform.h`.
+//! The types of `fmi2FunctionTypes.h`, `fmi2TypesPlatform.h` and `fmi3PlatformTypes.h`.
 
 use std::ffi::{c_char, c_int, c_uint, c_void};
 
-use super::report::Reporter;
-use crate::abi3::step::IntermediateUpdates;
-use crate::instance::Instance;
-
 /// `fmi2Boolean`: 0 is false.
-pub type Boolean = c_int;
+pub type Boolean2 = c_int;
 
-/// `fmi2ValueReference`.
+/// `fmi3Boolean`, a C `bool`: read as a byte, as a host may write any.
+pub type Boolean3 = u8;
+
+/// `fmi2ValueReference` and `fmi3ValueReference`.
 pub type ValueReference = c_uint;
 
-/// `fmi2FMUstate`: the key of a saved state, null for none.
+/// `fmi2FMUstate` and `fmi3FMUState`: the key of a saved state, null for none.
 pub type FmuState = *mut c_void;
 
 /// `fmi2Status`.
@@ -67,11 +66,30 @@ pub struct CallbackFunctions {
     pub component_environment: *mut c_void,
 }
 
-/// The target of `fmi2Component`.
-#[derive(Debug)]
-pub struct Component {
-    pub(crate) instance: Instance,
-    pub(crate) reporter: Reporter,
-    /// The intermediate updates of a host of FMI 3.0 that asks for them.
-    pub(crate) updates: Option<IntermediateUpdates>,
+/// `fmi2EventInfo`.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[repr(C)]
+pub struct EventInfo {
+    /// Whether the event iteration goes on; it does not.
+    pub new_discrete_states_needed: Boolean2,
+    /// Whether the instance ends the simulation; it does not.
+    pub terminate_simulation: Boolean2,
+    /// Whether the nominal values have changed; they do not.
+    pub nominals_of_continuous_states_changed: Boolean2,
+    /// Whether the event has changed the continuous states.
+    pub values_of_continuous_states_changed: Boolean2,
+    /// Whether the time of the next event is known.
+    pub next_event_time_defined: Boolean2,
+    /// That time.
+    pub next_event_time: f64,
 }
+
+/// `fmi2ModelExchange` of `fmi2Type`.
+pub const MODEL_EXCHANGE: c_int = 0;
+/// `fmi2CoSimulation` of `fmi2Type`.
+pub const CO_SIMULATION: c_int = 1;
+
+/// `fmi2LastSuccessfulTime` of `fmi2StatusKind`.
+pub const LAST_SUCCESSFUL_TIME: c_int = 2;
+/// `fmi2Terminated` of `fmi2StatusKind`.
+pub const TERMINATED: c_int = 3;

@@ -1,26 +1,141 @@
 //! Reading and writing of variables.
 
-use std::ffi::{c_char, c_int};
+use std::ffi::c_int;
 
-use super::call::{Result, call, elements, elements_mut};
-use super::types::{Boolean, Component, Status, ValueReference};
+use super::call::{Result, elements, elements_mut};
+use super::types::{Boolean2, Boolean3, ValueReference};
 use crate::instance::{Instance, values::Value};
 use crate::variables::Type;
 
-/// Reads `nvr` variables of a type as `T`.
+interface! {
+    "Reads real numbers."
+    [fmi2GetReal] (vr: *const ValueReference, nvr: usize, value: *mut f64)
+    |instance| get(instance, Type::Real, (vr, nvr), (value, nvr), real);
+
+    "Reads real numbers, of which the time is one."
+    [fmi3GetFloat64] (
+        references: *const ValueReference, count: usize, values: *mut f64, nValues: usize
+    ) |instance| {
+        let (references, places) = places((references, count), (values, nValues))?;
+        for (reference, place) in references.iter().zip(places) {
+            if *reference == instance.time_reference() {
+                *place = instance.now_s();
+                continue;
+            }
+            instance.read(Type::Real, &[*reference], |_, value| {
+                *place = real(value).unwrap_or(*place);
+            })?;
+        }
+        Ok(())
+    };
+
+    "Reads integers."
+    [fmi2GetInteger] (vr: *const ValueReference, nvr: usize, value: *mut c_int)
+    |instance| get(instance, Type::Integer, (vr, nvr), (value, nvr), integer);
+
+    "Reads integers."
+    [fmi3GetInt32] (
+        references: *const ValueReference, count: usize, values: *mut i32, nValues: usize
+    ) |instance| get(instance, Type::Integer, (references, count), (values, nValues), integer);
+
+    "Reads booleans."
+    [fmi2GetBoolean] (vr: *const ValueReference, nvr: usize, value: *mut Boolean2)
+    |instance| get(instance, Type::Boolean, (vr, nvr), (value, nvr), boolean);
+
+    "Reads booleans."
+    [fmi3GetBoolean] (
+        references: *const ValueReference, count: usize, values: *mut Boolean3, nValues: usize
+    ) |instance| get(instance, Type::Boolean, (references, count), (values, nValues), boolean);
+
+    "Writes real numbers: all or none."
+    [fmi2SetReal] (vr: *const ValueReference, nvr: usize, value: *const f64)
+    |instance| set(instance, (vr, nvr), (value, nvr), Value::Real);
+
+    "Writes real numbers: all or none."
+    [fmi3SetFloat64] (
+        references: *const ValueReference, count: usize, values: *const f64, nValues: usize
+    ) |instance| set(instance, (references, count), (values, nValues), Value::Real);
+
+    "Writes integers: all or none."
+    [fmi2SetInteger] (vr: *const ValueReference, nvr: usize, value: *const c_int)
+    |instance| set(instance, (vr, nvr), (value, nvr), Value::Integer);
+
+    "Writes integers: all or none."
+    [fmi3SetInt32] (
+        references: *const ValueReference, count: usize, values: *const i32, nValues: usize
+    ) |instance| set(instance, (references, count), (values, nValues), Value::Integer);
+
+    "Writes booleans: all or none."
+    [fmi2SetBoolean] (vr: *const ValueReference, nvr: usize, value: *const Boolean2)
+    |instance| set(instance, (vr, nvr), (value, nvr), |value| Value::Boolean(value != 0));
+
+    "Writes booleans: all or none."
+    [fmi3SetBoolean] (
+        references: *const ValueReference, count: usize, values: *const Boolean3, nValues: usize
+    ) |instance| {
+        set(instance, (references, count), (values, nValues), |value| Value::Boolean(value != 0))
+    };
+}
+
+fn real(value: Value) -> Option<f64> {
+    match value {
+        Value::Real(real) => Some(real),
+        _ => None,
+    }
+}
+
+fn integer(value: Value) -> Option<i32> {
+    match value {
+        Value::Integer(integer) => Some(integer),
+        _ => None,
+    }
+}
+
+fn boolean<B: From<bool>>(value: Value) -> Option<B> {
+    match value {
+        Value::Boolean(boolean) => Some(boolean.into()),
+        _ => None,
+    }
+}
+
+/// The references and the places of the values: one value each, as no variable is an array.
+///
+/// # Safety
+/// That of the [module](super).
+unsafe fn places<'a, T>(
+    (references, count): (*const ValueReference, usize),
+    (values, values_count): (*mut T, usize),
+) -> Result<(&'a [ValueReference], &'a mut [T])> {
+    check(count, values_count)?;
+    // SAFETY: pointers from the host with their count.
+    unsafe {
+        Ok((
+            elements(references, count, "valueReferences")?,
+            elements_mut(values, count, "values")?,
+        ))
+    }
+}
+
+fn check(references: usize, values: usize) -> Result<()> {
+    if references == values {
+        return Ok(());
+    }
+    Err(format!("nValues is {values}, expected {references}: no variable is an array").into())
+}
+
+/// Reads variables of a type as `T`.
 ///
 /// # Safety
 /// That of the [module](super).
 unsafe fn get<T>(
     instance: &Instance,
     of_type: Type,
-    (vr, nvr): (*const ValueReference, usize),
-    value: *mut T,
+    references: (*const ValueReference, usize),
+    values: (*mut T, usize),
     convert: impl Fn(Value) -> Option<T>,
 ) -> Result<()> {
-    // SAFETY: pointers from the host with their count.
-    let (references, places) =
-        unsafe { (elements(vr, nvr, "vr")?, elements_mut(value, nvr, "value")?) };
+    // SAFETY: pointers from the host with their counts.
+    let (references, places) = unsafe { places(references, values)? };
     instance.read(of_type, references, |index, value| {
         if let (Some(place), Some(value)) = (places.get_mut(index), convert(value)) {
             *place = value;
@@ -28,229 +143,24 @@ unsafe fn get<T>(
     })
 }
 
-/// Writes `nvr` variables from `T`.
+/// Writes variables from `T`: all or none.
 ///
 /// # Safety
 /// That of the [module](super).
 unsafe fn set<T: Copy>(
     instance: &mut Instance,
-    (vr, nvr): (*const ValueReference, usize),
-    value: *const T,
+    (references, count): (*const ValueReference, usize),
+    (values, values_count): (*const T, usize),
     convert: impl Fn(T) -> Value,
 ) -> Result<()> {
+    check(count, values_count)?;
     // SAFETY: pointers from the host with their count.
-    let (references, values) =
-        unsafe { (elements(vr, nvr, "vr")?, elements(value, nvr, "value")?) };
+    let (references, values) = unsafe {
+        (
+            elements(references, count, "valueReferences")?,
+            elements(values, count, "values")?,
+        )
+    };
     let values = values.iter().map(|value| convert(*value));
     instance.write(references.iter().copied().zip(values))
-}
-
-/// Reads real numbers.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetReal(
-    c: *mut Component,
-    vr: *const ValueReference,
-    nvr: usize,
-    value: *mut f64,
-) -> Status {
-    // SAFETY: all from the host.
-    unsafe {
-        call(c, "fmi2GetReal", |instance| {
-            get(
-                instance,
-                Type::Real,
-                (vr, nvr),
-                value,
-                |value| match value {
-                    Value::Real(real) => Some(real),
-                    _ => None,
-                },
-            )
-        })
-    }
-}
-
-/// Reads integers.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetInteger(
-    c: *mut Component,
-    vr: *const ValueReference,
-    nvr: usize,
-    value: *mut c_int,
-) -> Status {
-    // SAFETY: all from the host.
-    unsafe {
-        call(c, "fmi2GetInteger", |instance| {
-            get(
-                instance,
-                Type::Integer,
-                (vr, nvr),
-                value,
-                |value| match value {
-                    Value::Integer(integer) => Some(integer),
-                    _ => None,
-                },
-            )
-        })
-    }
-}
-
-/// Reads booleans.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetBoolean(
-    c: *mut Component,
-    vr: *const ValueReference,
-    nvr: usize,
-    value: *mut Boolean,
-) -> Status {
-    // SAFETY: all from the host.
-    unsafe {
-        call(c, "fmi2GetBoolean", |instance| {
-            get(
-                instance,
-                Type::Boolean,
-                (vr, nvr),
-                value,
-                |value| match value {
-                    Value::Boolean(boolean) => Some(boolean.into()),
-                    _ => None,
-                },
-            )
-        })
-    }
-}
-
-/// Reads strings: the FMU has no string variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetString(
-    c: *mut Component,
-    _vr: *const ValueReference,
-    nvr: usize,
-    _value: *mut *const c_char,
-) -> Status {
-    // SAFETY: a component from the host.
-    unsafe { call(c, "fmi2GetString", |_| none("a string", nvr)) }
-}
-
-/// Writes real numbers: all or none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetReal(
-    c: *mut Component,
-    vr: *const ValueReference,
-    nvr: usize,
-    value: *const f64,
-) -> Status {
-    // SAFETY: all from the host.
-    unsafe {
-        call(c, "fmi2SetReal", |instance| {
-            set(instance, (vr, nvr), value, Value::Real)
-        })
-    }
-}
-
-/// Writes integers: all or none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetInteger(
-    c: *mut Component,
-    vr: *const ValueReference,
-    nvr: usize,
-    value: *const c_int,
-) -> Status {
-    // SAFETY: all from the host.
-    unsafe {
-        call(c, "fmi2SetInteger", |instance| {
-            set(instance, (vr, nvr), value, Value::Integer)
-        })
-    }
-}
-
-/// Writes booleans: all or none.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetBoolean(
-    c: *mut Component,
-    vr: *const ValueReference,
-    nvr: usize,
-    value: *const Boolean,
-) -> Status {
-    // SAFETY: all from the host.
-    unsafe {
-        call(c, "fmi2SetBoolean", |instance| {
-            set(instance, (vr, nvr), value, |value| {
-                Value::Boolean(value != 0)
-            })
-        })
-    }
-}
-
-/// Writes strings: the FMU has no string variables.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetString(
-    c: *mut Component,
-    _vr: *const ValueReference,
-    nvr: usize,
-    _value: *const *const c_char,
-) -> Status {
-    // SAFETY: a component from the host.
-    unsafe { call(c, "fmi2SetString", |_| none("a string", nvr)) }
-}
-
-/// Sets derivatives of inputs: not supported, since inputs are held.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetRealInputDerivatives(
-    c: *mut Component,
-    _vr: *const ValueReference,
-    nvr: usize,
-    _order: *const c_int,
-    _value: *const f64,
-) -> Status {
-    // SAFETY: a component from the host.
-    unsafe {
-        call(c, "fmi2SetRealInputDerivatives", |_| {
-            none("interpolated", nvr)
-        })
-    }
-}
-
-/// Reads derivatives of outputs: not supported.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetRealOutputDerivatives(
-    c: *mut Component,
-    _vr: *const ValueReference,
-    nvr: usize,
-    _order: *const c_int,
-    _value: *mut f64,
-) -> Status {
-    // SAFETY: a component from the host.
-    unsafe {
-        call(c, "fmi2GetRealOutputDerivatives", |_| {
-            none("with derivatives", nvr)
-        })
-    }
-}
-
-/// Reads directional derivatives: not supported.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetDirectionalDerivative(
-    c: *mut Component,
-    _vUnknown_ref: *const ValueReference,
-    nUnknown: usize,
-    _vKnown_ref: *const ValueReference,
-    _nKnown: usize,
-    _dvKnown: *const f64,
-    _dvUnknown: *mut f64,
-) -> Status {
-    // SAFETY: a component from the host.
-    unsafe {
-        call(c, "fmi2GetDirectionalDerivative", |_| {
-            none("with derivatives", nUnknown)
-        })
-    }
-}
-
-/// Refuses any number of variables except zero.
-fn none(what: &str, count: usize) -> Result<()> {
-    match count {
-        0 => Ok(()),
-        _ => Err(format!("no variable is {what}").into()),
-    }
 }

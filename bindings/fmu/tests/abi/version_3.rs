@@ -4,8 +4,7 @@ use std::ffi::{CStr, CString, c_char, c_void};
 use std::ptr::{null, null_mut};
 use std::sync::Mutex;
 
-use actuator_fmu::abi3::Boolean;
-use actuator_fmu::{abi::*, abi3::*, description, variables};
+use actuator_fmu::{abi::*, description, variables};
 use model_core::{actuator::Settings, scenario};
 
 use super::{command_deg, host::Host};
@@ -177,11 +176,11 @@ struct Updates {
 unsafe extern "C" fn update(
     environment: *mut c_void,
     time_s: f64,
-    set_requested: Boolean,
-    get_allowed: Boolean,
-    finished: Boolean,
-    can_return_early: Boolean,
-    early_return: *mut Boolean,
+    set_requested: Boolean3,
+    get_allowed: Boolean3,
+    finished: Boolean3,
+    can_return_early: Boolean3,
+    early_return: *mut Boolean3,
     early_time_s: *mut f64,
 ) {
     assert_eq!((set_requested, get_allowed, finished), (0, 1, 1));

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::*;
-use crate::fit::Termination;
+use crate::levenberg::Termination;
 
 #[test]
 fn black_box_2_fits_no_worse_than_black_box_1_which_it_contains() {

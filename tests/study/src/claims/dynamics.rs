@@ -3,6 +3,7 @@
 use super::{Case, Claim, Evaluate, MAIN, Verdict};
 use crate::{
     figures::file,
+    host::{sample_at, seconds},
     runs::SampleRate::{Hz50, Hz250},
     trace_measures::{
         Ahead, VISIBLE_DEG, ahead, largest_difference, max_standard_deviation_deg, overshoot_deg,
@@ -44,7 +45,7 @@ fn accurate(case: &Case<'_>) -> Option<Claim> {
 fn inflection(case: &Case<'_>) -> Option<Claim> {
     let pulse = &case.pulse;
     let (at_s, deg) = largest_difference(&pulse.fitted_deg[0], &pulse.mean_deg, 3.0, 4.0);
-    let duty_pct = *pulse.duty_pct.get((at_s * 250.0) as usize)?;
+    let duty_pct = *pulse.duty_pct.get(sample_at(at_s))?;
     let saturated = duty_pct.abs() > 99.0;
     Some(Claim {
         text: "The inflection at about 3.2 s comes from the custom control algorithm.",
@@ -69,7 +70,7 @@ fn rate_limited(case: &Case<'_>) -> Option<Claim> {
     let runs = fitted.fit.experiments.iter();
     let limited_s = runs.map(|e| e.rate_limited_s).sum::<f64>() / 5.0;
     let saturated = case.pulse.duty_pct.iter().filter(|duty| duty.abs() > 99.0);
-    let saturated_s = saturated.count() as f64 / 250.0;
+    let saturated_s = seconds(saturated.count());
     Some(Claim {
         text: "The actuator is rate-limit driven: nearly linear to the step and away from it.",
         section: "IV",
@@ -188,7 +189,7 @@ fn grey_peak(case: &Case<'_>) -> Option<Claim> {
 
 fn grey_variable(case: &Case<'_>) -> Option<Claim> {
     let traces = &case.variable_step;
-    let end_s = traces.mean_deg.len() as f64 / 250.0;
+    let end_s = seconds(traces.mean_deg.len());
     let error =
         |answers: &[Vec<f64>], model: usize| rms_deg(&answers[model], &traces.mean_deg, 0.0, end_s);
     let paper: Vec<f64> = (0..3)

@@ -1,72 +1,20 @@
 //! Steps, with the host's intermediate updates.
 //!
-//! A long step is computed in parts. After each but the last the host is told the time that has
-//! been reached, and may end the step there: its progress and its interruption.
+//! A long step is computed in parts. After each but the last the time that has been reached is
+//! reported to the host, which may end the step there: its progress and its interruption.
 
-use std::ffi::c_void;
-
-use super::Boolean;
-use crate::abi::call::{call, place};
-use crate::abi::{Component, Status};
+use super::call::{call, place};
+use super::component::Component;
+use super::types::{Boolean2, Boolean3, Status};
+use super::updates::UPDATE_PERIOD_S;
 use crate::instance::Instance;
 
-/// Simulated time between two updates, s: a PC computes it in 4 ms at most.
-pub const UPDATE_PERIOD_S: f64 = 0.1;
-
-/// `fmi3IntermediateUpdateCallback`.
-pub type IntermediateUpdateCallback = unsafe extern "C" fn(
-    environment: *mut c_void,
-    intermediate_update_time: f64,
-    intermediate_variable_set_requested: Boolean,
-    intermediate_variable_get_allowed: Boolean,
-    intermediate_step_finished: Boolean,
-    can_return_early: Boolean,
-    early_return_requested: *mut Boolean,
-    early_return_time: *mut f64,
-);
-
-/// Access to the host's intermediate updates.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct IntermediateUpdates {
-    /// The host's function.
-    pub callback: IntermediateUpdateCallback,
-    /// Its first argument.
-    pub environment: *mut c_void,
-    /// Whether the host accepts a step that ends early.
-    pub can_return_early: bool,
-}
-
-impl IntermediateUpdates {
-    /// Tells the host the time that has been reached; returns the end of the step, which the host
-    /// may have moved to this time or a later one.
-    ///
-    /// # Safety
-    /// No part of the component is borrowed: the host may read its outputs.
-    unsafe fn tell(&self, now_s: f64, end_s: f64) -> f64 {
-        let (mut is_requested, mut early_s) = (0, now_s);
-        // SAFETY: the host's function with its own argument, and places for its answers.
-        unsafe {
-            (self.callback)(
-                self.environment,
-                now_s,
-                0,
-                1,
-                1,
-                self.can_return_early.into(),
-                &mut is_requested,
-                &mut early_s,
-            );
-        }
-        if !self.can_return_early || is_requested == 0 {
-            return end_s;
-        }
-        // A time that has passed, and NaN, count as the present time.
-        if early_s > now_s {
-            early_s.min(end_s)
-        } else {
-            now_s
-        }
-    }
+interface! {
+    "Steps from one communication point to the next."
+    [fmi2DoStep] (
+        currentCommunicationPoint: f64, communicationStepSize: f64,
+        _noSetFMUStatePriorToCurrentPoint: Boolean2
+    ) |instance| instance.step(currentCommunicationPoint, communicationStepSize);
 }
 
 /// Steps from one communication point to the next. There are no events. A step of more than
@@ -76,10 +24,10 @@ pub unsafe extern "C" fn fmi3DoStep(
     instance: *mut Component,
     currentCommunicationPoint: f64,
     communicationStepSize: f64,
-    _noSetFMUStatePriorToCurrentPoint: Boolean,
-    eventHandlingNeeded: *mut Boolean,
-    terminateSimulation: *mut Boolean,
-    earlyReturn: *mut Boolean,
+    _noSetFMUStatePriorToCurrentPoint: Boolean3,
+    eventHandlingNeeded: *mut Boolean3,
+    terminateSimulation: *mut Boolean3,
+    earlyReturn: *mut Boolean3,
     lastSuccessfulTime: *mut f64,
 ) -> Status {
     let function = "fmi3DoStep";
@@ -126,7 +74,7 @@ pub unsafe extern "C" fn fmi3DoStep(
         now_s = part_s;
         if let Some(updates) = updates {
             // SAFETY: the component is not borrowed.
-            end_s = unsafe { updates.tell(now_s, end_s) };
+            end_s = unsafe { updates.report(now_s, end_s) };
         }
         if end_s <= now_s {
             // SAFETY: as above.

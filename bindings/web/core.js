@@ -1,12 +1,9 @@
-// Wrapper of the WebAssembly core: functions from text to text and numbers.
+// The actuator as WebAssembly: functions from text to text and numbers.
 
-async function compileCore(base64) {
-  return WebAssembly.compile(Uint8Array.from(atob(base64), c => c.charCodeAt(0)));
-}
-
-// `module` is a compiled core. `run` and `follow` take a function `watch`, which is told the share
-// that is done every 0.1 s of the run, and ends the run by returning false.
-async function loadCore(module) {
+// `run` and `follow` take a function `watch`, which receives the share that is done every 0.1 s of
+// the run, and ends the run by returning false.
+async function loadCore() {
+  const module = await WebAssembly.compile(Uint8Array.from(atob(CORE), c => c.charCodeAt(0)));
   let watching = null;
   const page = { watch: share => watching(share) === false ? 0 : 1 };
   const { exports: wasm } = await WebAssembly.instantiate(module, { page });
@@ -33,22 +30,25 @@ async function loadCore(module) {
   const catalogue = call('catalogue');
 
   // A copy, as the next run overwrites the memory.
-  const trace = figures => {
+  const trace = () => {
     const rows = wasm.trace_rows();
     const values = new Float64Array(wasm.memory.buffer, wasm.trace(), rows * catalogue.columns.length).slice();
     const columns = catalogue.columns.map((name, i) => [name, values.subarray(i * rows, (i + 1) * rows)]);
-    return { rows, figures, columns: Object.fromEntries(columns) };
+    return { rows, columns: Object.fromEntries(columns) };
   };
 
   return {
     catalogue,
-    run: (request, watch) => trace(call('run', request, watch)),
+    run: (request, watch) => {
+      call('run', request, watch);
+      return trace();
+    },
     follow: (request, commands, watch) => {
       const place = wasm.commands_in(commands.length);
       if (!place) throw new Error('there are too many commands');
       new Float64Array(wasm.memory.buffer, place, commands.length).set(commands);
-      return trace(call('follow', request, watch));
+      call('follow', request, watch);
+      return trace();
     },
-    frequency: request => call('frequency', request),
   };
 }

@@ -2,7 +2,7 @@
 
     python3.12 -m venv venv
     venv/bin/pip install better-actuator-models==1.0.2 cma==4.5.0 "mujoco[sysid]==4.0.0" dist/*.whl
-    venv/bin/python identification/benches/compare_tools RECORDINGS > docs/comparison.md
+    venv/bin/python bindings/python/benches/compare_tools RECORDINGS > docs/comparison.md
 
 RECORDINGS is the folder of a servo of github.com/Rhoban/bam, such as `data_raw/xl330`. Each
 recording is predicted by models that were fitted to all others. `--evaluations` limits those of

@@ -14,7 +14,7 @@ from recordings import BAM_STEP_S
 
 PAGE = """# Other tools on the same recordings
 
-`identification/benches/compare_tools` has written this page: {date}, commit `{commit}`, {machine}.
+`bindings/python/benches/compare_tools` has written this page: {date}, commit `{commit}`, {machine}.
 With a load of {load:.1f} in the last quarter of an hour, times are longer than on an idle machine.
 
 The {count} recordings are of a Robotis XL330 with a pendulum, from [BAM](https://github.com/Rhoban/bam);
