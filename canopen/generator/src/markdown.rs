@@ -21,8 +21,8 @@ pub fn markdown(title: &str, rows: &[Row]) -> String {
         ("Device profile", 0x6000, 0x9FFF),
     ] {
         write!(out, "\n## {name} ({low:04X}h to {high:04X}h)\n\n").expect("a string");
-        out.push_str("| index, sub | name | type | access | value | meaning |\n");
-        out.push_str("|---|---|---|---|---|---|\n");
+        out.push_str("| index, sub | name | type, access | value | meaning |\n");
+        out.push_str("|---|---|---|---|---|\n");
         let area: Vec<_> = rows
             .iter()
             .filter(|row| (low..=high).contains(&row.index))
@@ -43,7 +43,7 @@ fn describe(out: &mut String, object: &[Row]) {
         write_entry(out, &index, &format!("**{}**", first.object), first);
         return;
     };
-    writeln!(out, "| {index} | **{}** |||||", first.object).expect("a string");
+    writeln!(out, "| {index} | **{}** ||||", first.object).expect("a string");
     let entries: Vec<_> = object
         .iter()
         .filter(|row| row.sub != Some(0) || row.access != Access::Const)
@@ -64,7 +64,7 @@ fn write_entry(out: &mut String, address: &str, name: &str, row: &Row) {
     let (value, meaning) = (value(row), meaning(row));
     writeln!(
         out,
-        "| {address} | {name} | {kind} | {access} | {value} | {meaning} |"
+        "| {address} | {name} | {kind} {access} | {value} | {meaning} |"
     )
     .expect("a string");
 }
@@ -131,6 +131,6 @@ fn meaning(row: &Row) -> String {
         None => String::new(),
     };
     let mut parts = vec![row.meaning.clone(), relation];
-    parts.retain(|part| !part.is_empty());
+    parts.retain(|part| !part.is_empty() && *part != row.entry);
     parts.join("; ")
 }

@@ -1,8 +1,6 @@
 //! The design, and what follows from its parts and nets.
 
-use crate::rows::{
-    Connector, DataSheet, Electrical, Figure, Functions, Limit, Part, Pin, ProcessorPin, Rail,
-};
+use crate::rows::{Connector, Electrical, Figure, Functions, Limit, Part, Pin, ProcessorPin, Rail};
 
 /// Type of the processor's board; its pins are those of the Morpho connectors.
 const NUCLEO: &str = "NUCLEO-F429ZI";
@@ -60,7 +58,6 @@ pub struct Design {
     pub(crate) rails: Vec<Rail>,
     pub(crate) functions: Vec<Functions>,
     pub(crate) connectors: Vec<Connector>,
-    pub(crate) data_sheets: Vec<DataSheet>,
 }
 
 impl Design {

@@ -10,7 +10,6 @@ pub(super) fn with_tables(design: &Design, text: &str) -> Result<String, String>
         ("pins of the actuator board", pins(design, "actuator")),
         ("pins of the communication board", pins(design, "comm")),
         ("ranges", ranges(design)),
-        ("data sheets", data_sheets(design)),
     ];
     let mut text = text.to_owned();
     for (name, table) in tables {
@@ -171,12 +170,4 @@ fn ranges(design: &Design) -> String {
         &["quantity", "range", "limits of the program"],
         rows.into_iter().map(Vec::from),
     )
-}
-
-fn data_sheets(design: &Design) -> String {
-    let rows = design
-        .data_sheets
-        .iter()
-        .map(|row| vec![row.kind.clone(), row.document.clone(), row.checked.clone()]);
-    table(&["part", "document", "checked"], rows)
 }
