@@ -8,7 +8,8 @@ use crate::value::Relation;
 const CONVENTIONS: &str = "
 Column *value*: default, [range], unit. *RPDO* and *TPDO*: can be mapped to them. *Locked*: not
 writable while the drive is enabled, or without the service password where one is set. Sub-index 0
-of a record or array is a constant, the highest sub-index supported, where it is not listed.
+of a record or array is a constant, the highest sub-index supported, where it is not listed. Objects
+that differ in their defaults alone share rows: one default for each object, or one for all.
 ";
 
 /// Markdown: one table for each area of the dictionary.
@@ -28,43 +29,77 @@ pub fn markdown(title: &str, rows: &[Row]) -> String {
             .filter(|row| (low..=high).contains(&row.index))
             .cloned()
             .collect();
-        for object in crate::objects(&area) {
-            describe(&mut out, object);
+        let objects: Vec<_> = crate::objects(&area).collect();
+        for alike in objects.chunk_by(|one, next| are_alike(one, next)) {
+            describe(&mut out, alike);
         }
     }
     out
 }
 
-/// The rows of one object; entries that differ in their number alone share a row.
-fn describe(out: &mut String, object: &[Row]) {
-    let first = &object[0];
-    let index = format!("{:04X}h", first.index);
-    let Some(_) = first.sub else {
-        write_entry(out, &index, &format!("**{}**", first.object), first);
-        return;
+/// Whether two objects differ in index, numbers in their names, and defaults alone.
+fn are_alike(one: &[Row], next: &[Row]) -> bool {
+    let name = |object: &str| object.replace(|c: char| c.is_ascii_digit(), "");
+    let is_alike = |(row, other): (&Row, &Row)| {
+        let expected = Row {
+            index: row.index + 1,
+            object: other.object.clone(),
+            default: other.default.clone(),
+            ..row.clone()
+        };
+        *other == expected && name(&row.object) == name(&other.object)
     };
-    writeln!(out, "| {index} | **{}** ||||", first.object).expect("a string");
-    let entries: Vec<_> = object
-        .iter()
-        .filter(|row| row.sub != Some(0) || row.access != Access::Const)
+    one[0].sub.is_some() && one.len() == next.len() && one.iter().zip(next).all(is_alike)
+}
+
+/// The rows of objects that are alike; entries that differ in their number alone share a row.
+fn describe(out: &mut String, objects: &[&[Row]]) {
+    let (first, last) = (&objects[0][0], &objects[objects.len() - 1][0]);
+    let mut index = format!("{:04X}h", first.index);
+    if first.sub.is_none() {
+        write_entry(out, &index, &format!("**{}**", first.object), &[first]);
+        return;
+    }
+    let mut name = format!("**{}**", first.object);
+    if last.index > first.index {
+        write!(index, " to {:04X}h", last.index).expect("a string");
+        write!(name, " to **{}**", last.object).expect("a string");
+    }
+    writeln!(out, "| {index} | {name} ||||").expect("a string");
+    // Each entry with the same one of the other objects.
+    let entries = (0..objects[0].len()).map(|at| objects.iter().map(|o| &o[at]).collect());
+    let entries: Vec<Vec<&Row>> = entries
+        .filter(|rows: &Vec<&Row>| rows[0].sub != Some(0) || rows[0].access != Access::Const)
         .collect();
-    for entries in entries.chunk_by(|one, next| is_repeated(one, next)) {
-        let (first, last) = (entries[0], entries[entries.len() - 1]);
-        let (mut sub, mut name) = (format!("{:02X}h", first.sub_index()), first.entry.clone());
+    let are_repeated = |one: &Vec<&Row>, next: &Vec<&Row>| {
+        let mut pairs = one.iter().zip(next);
+        pairs.all(|(row, other)| is_repeated(row, other))
+    };
+    for entries in entries.chunk_by(are_repeated) {
+        let (rows, last) = (&entries[0], entries[entries.len() - 1][0]);
+        let (mut sub, mut name) = (
+            format!("{:02X}h", rows[0].sub_index()),
+            rows[0].entry.clone(),
+        );
         if let (Some((_, number)), true) = (numbered(last), entries.len() > 1) {
             write!(sub, " to {:02X}h", last.sub_index()).expect("a string");
             write!(name, " to {number}").expect("a string");
         }
-        write_entry(out, &sub, &name, first);
+        write_entry(out, &sub, &name, rows);
     }
 }
 
-fn write_entry(out: &mut String, address: &str, name: &str, row: &Row) {
-    let (kind, access) = (row.kind.standard_name(), access(row));
-    let (value, meaning) = (value(row), meaning(row));
+/// A row of the table for an entry of one object or of several that are alike.
+fn write_entry(out: &mut String, address: &str, name: &str, rows: &[&Row]) {
+    let (kind, access) = (rows[0].kind.standard_name(), access(rows[0]));
+    let mut values: Vec<_> = rows.iter().map(|row| value(row)).collect();
+    if values.iter().all(|value| *value == values[0]) {
+        values.truncate(1);
+    }
+    let (values, meaning) = (values.join("; "), meaning(rows[0]));
     writeln!(
         out,
-        "| {address} | {name} | {kind} {access} | {value} | {meaning} |"
+        "| {address} | {name} | {kind} {access} | {values} | {meaning} |"
     )
     .expect("a string");
 }
