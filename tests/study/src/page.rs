@@ -64,18 +64,12 @@ fn table<S: AsRef<str>>(columns: &[S]) -> Table {
 }
 
 fn quality_table(study: &Study) -> Table {
-    let fits = || {
-        SampleRate::ALL
-            .into_iter()
-            .flat_map(|rate| (0..MODELS.len()).map(move |m| (rate, m)))
-    };
-    let columns = fits().map(|(rate, model)| format!("{}, {} Hz", MODELS[model], rate.hz()));
-    let labels = ["condition", "input"].map(String::from);
-    let mut table = table(&labels.into_iter().chain(columns).collect::<Vec<_>>());
+    let labels = ["condition", "input"].into_iter();
+    let mut table = table(&labels.chain(MODELS).collect::<Vec<_>>());
     for condition in 0..CONDITIONS.len() {
         for input in INPUTS {
-            let cells = fits().map(|(rate, model)| {
-                let fit = study.fit(condition, rate, input, model);
+            let cells = (0..MODELS.len()).map(|model| {
+                let fit = study.fit(condition, SampleRate::Hz250, input, model);
                 Cell::optional(fit.map(|f| f.quality.fit_percent), 2)
             });
             let labels = [Cell::from(called(condition)), input.into()];
