@@ -133,7 +133,7 @@ fn command() -> clap::Command {
     <Arguments as clap::CommandFactory>::command()
 }
 
-/// The arguments. Text that was asked for, as that of `--help`, goes to a pipe or a file in one
+/// The arguments. Requested text, as that of `--help`, goes to a pipe or a file in one
 /// piece: line by line its reader would be woken for each.
 fn arguments() -> Arguments {
     Arguments::try_parse().unwrap_or_else(|answer| {

@@ -16,16 +16,16 @@ const show = host => {
   if (state.hello.models.some(({ name }) => name === last.model)) model.value = last.model;
   last.model = model.value;
   const predicted = h('div', { 'aria-live': 'polite' }), result = h('div', { class: 'column' }), status = h('p', { class: 'soft', 'aria-live': 'polite' });
-  let asked = 0;
+  let requested = 0;
   async function predict(settings) {
-    const number = ++asked;
+    const number = ++requested;
     put(predicted, h('p', { class: 'soft' }, 'Predicting …'));
     const answer = await request('predict', { model: last.model, settings }).catch(error => ({ error: error.message }));
-    if (number !== asked) return;
+    if (number !== requested) return;
     if (answer.error) return put(predicted, h('p', { class: 'note warn' }, answer.error));
     put(predicted, table(['Parameter', { name: 'Expected', number: true }, { name: 'Error', number: true }], h('tbody', {}, answer.parameters.map(p => h('tr', {},
       h('td', { class: 'breaks' }, p.name), h('td', { class: 'number', title: p.unit }, short(p.value)),
-      h('td', { class: 'number' }, p.standard_error == null ? 'not told' : p.percent == null ? short(p.standard_error) : `${fixed(p.percent, p.percent < 10 ? 2 : 0)} %`))))),
+      h('td', { class: 'number' }, p.standard_error == null ? 'not determined' : p.percent == null ? short(p.standard_error) : `${fixed(p.percent, p.percent < 10 ? 2 : 0)} %`))))),
     h('p', { class: 'soft' }, `The angle reaches ${fixed(answer.largest_angle_deg, 1)}°; ${fixed(answer.limited_s, 1)} s at the rate limit. Noise assumed: ${answer.noise_deg}°.`));
   }
   const form = new ExcitationForm('identify', settings => { predict(settings); update(); });

@@ -124,19 +124,19 @@ const show = host => {
   }
 
   function filter() {
-    const wanted = search.value.trim().toLowerCase(), kind = +which.value, unsaved = new Set(chosen()?.unsaved);
+    const sought = search.value.trim().toLowerCase(), kind = +which.value, unsaved = new Set(chosen()?.unsaved);
     let count = 0;
     for (const group of body.children) {
       let here = 0;
       for (const row of group.querySelectorAll('tbody tr')) {
         const object = state.objects.get(row.id.slice(2));
-        const fits = (!wanted || `${object.name} ${object.object} ${object.entry} ${object.address} ${object.meaning}`.toLowerCase().includes(wanted))
+        const fits = (!sought || `${object.name} ${object.object} ${object.entry} ${object.address} ${object.meaning}`.toLowerCase().includes(sought))
           && (kind !== 1 || differs(object, values[object.address], node)) && (kind !== 2 || unsaved.has(object.address));
         row.hidden = !fits;
         here += fits;
       }
       group.hidden = !here;
-      if (wanted || kind) group.open = here > 0;
+      if (sought || kind) group.open = here > 0;
       say(group.querySelector('summary .soft'), `${here} objects`);
       count += here;
     }

@@ -67,7 +67,7 @@ pub struct State {
     files: VecDeque<Download>,
     /// Long work that can be stopped.
     tasks: BTreeMap<u64, Arc<AtomicBool>>,
-    /// The nodes have changed since the pages were told.
+    /// The nodes have changed since they were sent to the pages.
     pub has_changed: bool,
 }
 
@@ -197,7 +197,7 @@ impl Core {
         })
     }
 
-    /// Does long work in a thread of its own; the flag asks it to end.
+    /// Does long work in a thread of its own; the flag requests its end.
     ///
     /// # Errors
     /// [`Busy`].
@@ -273,7 +273,7 @@ pub struct Task {
 }
 
 impl Task {
-    /// Whether it is asked to end.
+    /// Whether its end is requested.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

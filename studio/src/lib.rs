@@ -174,7 +174,7 @@ fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     }
 }
 
-/// What the server tells the state.
+/// Events of the server for the state.
 struct Bridge<'a> {
     core: &'a Arc<Core>,
     bus: &'a str,

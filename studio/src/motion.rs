@@ -2,12 +2,12 @@
 //!
 //! Three things end a motion, each where the one before has failed:
 //!
-//! 1. A stop: any page may ask for it, at any time. The quick stop is sent at once, beside all
+//! 1. A stop: any page may request it, at any time. The quick stop is sent at once, beside all
 //!    other work, and again until the drive is off.
-//! 2. The page that asked for the motion is gone, or does not answer for [`PAGE_SILENT`]: this
+//! 2. The page that requested the motion is closed, or does not answer for [`PAGE_SILENT`]: this
 //!    program stops the drive as for 1.
-//! 3. This program, or the bus, is gone: the actuator watches its heartbeat (1016h) while it is
-//!    enabled, and reacts as 2040h:2 says.
+//! 3. This program has ended, or the bus has failed: the actuator monitors its heartbeat (1016h) while it is
+//!    enabled, and reacts according to 2040h:2.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -72,7 +72,7 @@ pub fn enable(core: &Arc<Core>, client: &mut Client, page: PageId) -> Result<(),
     enabled
 }
 
-/// Commands the angle that was last asked for.
+/// Commands the angle that was last requested.
 ///
 /// # Errors
 /// Those of the transfers and of the drive.
@@ -94,7 +94,7 @@ pub fn stop(core: &Arc<Core>, number: u8) {
         node.is_actuator
     });
     if is_there == Some(true) {
-        // Without a bus the actuator stops by itself.
+        // Without a bus the actuator stops without a command.
         let _ = core.hub.send(&controlword(number, QUICK_STOP));
     }
 }
@@ -168,7 +168,7 @@ impl Supervisor {
             state.has_changed |= !off.is_empty();
         });
         for number in moving {
-            // Without a bus the actuator stops by itself.
+            // Without a bus the actuator stops without a command.
             let _ = core.hub.send(&controlword(number, QUICK_STOP));
         }
         off.into_iter()

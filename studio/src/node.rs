@@ -17,7 +17,7 @@ use crate::bus::decode::nmt_state;
 use crate::record::Record;
 use crate::web::PageId;
 
-/// Period of the heartbeats that this program asks a node for, ms.
+/// Period of the heartbeats that this program requests of a node, ms.
 pub const HEARTBEAT_MS: u16 = 100;
 
 /// Time without a heartbeat after which a node counts as lost: five periods.

@@ -18,7 +18,7 @@ use crate::quantity;
 /// Time after which a bus that was lost is opened again.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// Time after which `stop` is noticed on an idle bus.
+/// Time after which `stop` is detected on an idle bus.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Receives until `stop` is set. The bus is open already the first time.

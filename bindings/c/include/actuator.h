@@ -195,7 +195,7 @@ struct actuator_parameter {
    */
   char name[32];
   /**
-   * The symbol of the paper; empty if there is none.
+   * The symbol of the paper; empty if it has none.
    */
   char symbol[16];
   /**

@@ -153,7 +153,7 @@ pub unsafe fn change<'a, H: Holds>(memory: *mut H) -> Result<&'a mut H::Value, C
 /// The value in the caller's memory and the doubles behind it, to be changed.
 ///
 /// # Safety
-/// As [`change`]; `tail` returns the number of doubles that [`fill_with_tail`] was told.
+/// As [`change`]; `tail` returns the number of doubles that was passed to [`fill_with_tail`].
 pub unsafe fn change_with_tail<'a, H: Holds>(
     memory: *mut H,
     tail: impl FnOnce(&H::Value) -> usize,

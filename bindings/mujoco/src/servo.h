@@ -34,7 +34,7 @@ struct servo_config {
     double stiffness;
 };
 
-/* Where a servo stands in a model. */
+/* Addresses of a servo in a model. */
 struct servo_place {
     /* Its control and the output of its actuator. */
     int control;

@@ -7,7 +7,7 @@
 //! The page provides one function, `watch`: its argument is the share of a run that is done, and it
 //! returns 0 to end the run.
 //!
-//! No input whatever traps: numbers are checked where they enter, and all lengths have a bound.
+//! No input traps: numbers are checked where they enter, and all lengths are limited.
 
 #![allow(
     unsafe_code,

@@ -73,14 +73,14 @@ impl Design {
         parts.find(|part| part.designator == designator)
     }
 
-    /// The value of a part; `NaN`, which no check accepts, if there is none.
+    /// The value of a part; `NaN`, which no check accepts, if it does not exist.
     #[must_use]
     pub fn value(&self, designator: &str) -> f64 {
         let part = self.part(designator);
         part.and_then(|part| part.value).unwrap_or(f64::NAN)
     }
 
-    /// A figure of `figures.csv`; `NaN`, which no check accepts, if there is none.
+    /// A figure of `figures.csv`; `NaN`, which no check accepts, if it does not exist.
     #[must_use]
     pub fn figure(&self, of: &str, figure: &str) -> f64 {
         let mut figures = self.figures.iter();

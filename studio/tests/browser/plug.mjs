@@ -7,7 +7,7 @@ import { closeBrowser, proxy, serve, studio, visit, wait } from './session.mjs';
 
 const [actuator, file] = process.argv.slice(2);
 // A bound for the rest of the shaft: detection, 500 ms of the quick stop, and the braking behind
-// it, as docs/faults.md has them, with a loaded computer's time to notice.
+// it, as docs/faults.md has them, with the detection time of a loaded computer.
 const MOST_S = 2.5;
 
 // The shaft as another client of the bus sees it: the object 6064h, read every 10 ms, which an

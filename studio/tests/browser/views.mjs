@@ -181,7 +181,7 @@ try {
     await other.show('move');
     assert.equal(await other.evaluate("document.getElementById('enable').disabled"), true);
     await other.tap('#control button');
-    await page.until("document.getElementById('control').textContent.includes('asks for control')");
+    await page.until("document.getElementById('control').textContent.includes('requests control')");
     await page.tap('#control button');
     await other.until("document.getElementById('control').textContent.includes('has control')");
     await page.until("document.getElementById('control').textContent.includes('Watching')");

@@ -116,7 +116,7 @@ impl Chip {
     fn restart(&mut self, at: VirtualNanos, cause: ResetCause, mut stock: Bus, mut ours: Bus) {
         copy_backup_domain(self.part.bus(), &mut stock);
         let old = std::mem::replace(self.part.bus_mut(), stock);
-        // The part knows one watchdog: the other one sets the same flag.
+        // The part has one watchdog: the other one sets the same flag.
         let cause = match cause {
             ResetCause::Model("WWDG") => ResetCause::Model("IWDG"),
             other => other,

@@ -93,7 +93,7 @@ impl SharedBusState {
 
     /// The first instant at which a board may get a frame to transmit.
     fn all_quiet_until_ns(&self) -> u64 {
-        // In real time the ports get frames that nobody knows of before.
+        // In real time the ports receive frames at instants that are not known before.
         if self.pace.is_some() {
             return 0;
         }

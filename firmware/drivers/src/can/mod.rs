@@ -17,7 +17,7 @@ pub use self::{
     polled::NbCan,
 };
 
-/// What a controller has seen on the bus since it was last asked.
+/// Events on the bus since the last query.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Activity {
     /// Nothing.

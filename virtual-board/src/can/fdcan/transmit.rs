@@ -96,7 +96,7 @@ impl FdCan {
             None => self.finish_receiving(&current),
         }
         if self.is_bus_off() {
-            // The controller leaves the bus by itself (chapter 56).
+            // The controller leaves the bus without the program (chapter 56).
             self.control |= cccr::INIT;
             self.mode = Mode::Initialising;
         }

@@ -256,7 +256,7 @@ mod tests {
                     let is_early = total.load(Ordering::Relaxed) < (round + 1) * THREADS as u64;
                     violations.fetch_add(is_early.into(), Ordering::Relaxed);
                 }
-                // In the last round each lets the next one end.
+                // In the last round each releases the next one.
                 let next = turns.lock().unwrap().leave(index);
                 next.into_iter().for_each(|next| rendezvous.resume(next));
             })
