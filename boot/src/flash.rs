@@ -37,7 +37,7 @@ pub trait Flash: ReadFlash {
     fn program(&mut self, address: u32, word: u32) -> Result<(), FlashError>;
 }
 
-/// As [`Flash`], with functions that do not wait: the program of the board goes on meanwhile. It is
+/// As [`Flash`], with functions that do not wait: the program of the board continues meanwhile. It is
 /// read, and the next operation is started, only when the last one has ended.
 pub trait PolledFlash: ReadFlash {
     /// Starts to erase the sector of this number.

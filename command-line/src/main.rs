@@ -139,7 +139,7 @@ fn arguments() -> Arguments {
     Arguments::try_parse().unwrap_or_else(|answer| {
         let is_plain = !io::stdout().is_terminal() && env::var_os("CLICOLOR_FORCE").is_none();
         if !answer.use_stderr() && is_plain {
-            // As clap, which ends the program without a word if nobody reads.
+            // As clap, which ends the program silently if the reader is closed.
             let _ = output::print(&answer.render().to_string());
             process::exit(answer.exit_code());
         }

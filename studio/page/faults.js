@@ -31,7 +31,7 @@ const show = host => {
   }
   reload = node => { if (node === state.node && host.isConnected) load(); };
 
-  // When it was seen first, by the log.
+  // Time of its first entry in the log.
   const since = name => state.log.findLast(entry => entry.node === state.node && entry.kind === 'fault' && entry.text.endsWith(name));
   const describe = (fault, latched, isPresent) => {
     const seen = since(fault.name);

@@ -8,7 +8,7 @@
 //! | one of each node | transfers of objects, in order |
 //! | one of each task | scan, identification and other long work |
 //!
-//! The state is locked for a moment at a time; nobody waits for a node while it is locked.
+//! The state is locked for a moment at a time; no thread waits for a node while it is locked.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -197,7 +197,7 @@ impl Core {
         })
     }
 
-    /// Does long work in a thread of its own; the flag requests its end.
+    /// Does long work in its own thread; the flag requests its end.
     ///
     /// # Errors
     /// [`Busy`].

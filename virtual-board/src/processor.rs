@@ -1,7 +1,7 @@
 //! Observation of the emulated core: its registers, its memory and its accesses to the bus.
 //!
-//! An [`Observer`] runs the core in place of the emulator, so that it sees the core before and
-//! after each stretch of instructions, and every access to a peripheral through a bus of its own.
+//! An [`Observer`] runs the core in place of the emulator, so that it inspects the core before and
+//! after each stretch of instructions, and every access to a peripheral through its own bus.
 
 mod layer;
 

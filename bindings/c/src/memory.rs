@@ -97,7 +97,7 @@ pub unsafe fn fill_with_tail<H: Holds, E: From<Code>>(
     Ok(())
 }
 
-/// Bytes of a value that is followed by so many doubles.
+/// Bytes of a value that is followed by this number of doubles.
 pub const fn size_with_tail<H: Holds>(tail: usize) -> usize {
     const { assert!(size_of::<Marked<H::Value>>().is_multiple_of(size_of::<f64>())) };
     size_of::<Marked<H::Value>>() + tail * size_of::<f64>()

@@ -36,10 +36,10 @@ def response(
     sensitivity(model, times, np.zeros(len(times)), names, **checked)
 
     def evaluated(
-        commands: NDArray[Any], values: NDArray[Any], parameters: Sequence[str]
+        commands: NDArray[Any], values: NDArray[Any], columns: Sequence[str]
     ) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
         given: dict[str, Any] = {**parameters, **dict(zip(names, map(float, np.asarray(values))))}
-        return sensitivity(model, times, np.asarray(commands), parameters, **given)
+        return sensitivity(model, times, np.asarray(commands), columns, **given)
 
     def angle_of(commands: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
         return evaluated(commands, values, [])[0].astype(commands.dtype)

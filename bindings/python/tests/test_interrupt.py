@@ -74,7 +74,7 @@ class Enough(Exception):
 
 
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
-def test_progress_is_told_and_its_exception_ends_the_call(call):
+def test_progress_is_reported_and_its_exception_ends_the_call(call):
     reports = []
 
     def report(done, total):

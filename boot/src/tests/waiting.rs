@@ -210,7 +210,7 @@ fn the_beginning_of_an_image_is_not_completed_by_other_bytes() {
 }
 
 #[test]
-fn an_image_that_does_not_fit_is_told_in_the_flash_status() {
+fn an_image_that_does_not_fit_is_reported_in_the_flash_status() {
     let mut flash = Model::new();
     let mut bus = Bus::new(&mut flash);
     let mut damaged = image(1);

@@ -177,7 +177,7 @@ impl Design {
         }
     }
 
-    /// The voltages of a net, if it is a supply or has a range of its own.
+    /// The voltages of a net, if it is a supply or has its own range.
     #[must_use]
     pub fn range(&self, board: &str, name: &str) -> Option<Range> {
         let mut rails = self.rails.iter();

@@ -94,7 +94,7 @@ impl Hub {
     }
 }
 
-/// The bus as one request sees it.
+/// The bus for one request.
 pub struct HubLink {
     hub: Arc<Hub>,
     frames: Receiver<CanFrame>,

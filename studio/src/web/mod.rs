@@ -130,7 +130,7 @@ impl Server {
         stop: &AtomicBool,
         notify: &mut dyn FnMut(&Notice),
     ) -> io::Result<()> {
-        /// `stop` may be set by a signal, which wakes nobody.
+        /// `stop` may be set by a signal, which wakes no thread.
         const LONGEST_WAIT: Duration = Duration::from_millis(100);
         /// Connections that wait cause no event when the grace of another one is over.
         const RETRY: Duration = Duration::from_millis(10);

@@ -1,4 +1,4 @@
-//! The server as browsers and strangers see it.
+//! The server, tested by browsers and by invalid clients.
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -189,7 +189,7 @@ fn requests_among_a_thousand_silent_connections_are_all_answered() {
 }
 
 #[test]
-fn a_page_that_does_not_read_loses_samples_and_is_told() {
+fn a_page_that_does_not_read_loses_samples_and_gets_their_number() {
     with_server(|address, token, pages, notes, _| {
         let mut slow = open(address, token);
         notes.wait_for("joined");

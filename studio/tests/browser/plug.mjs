@@ -10,7 +10,7 @@ const [actuator, file] = process.argv.slice(2);
 // it, as docs/faults.md has them, with the detection time of a loaded computer.
 const MOST_S = 2.5;
 
-// The shaft as another client of the bus sees it: the object 6064h, read every 10 ms, which an
+// The shaft as read by another client of the bus: the object 6064h, read every 10 ms, which an
 // actuator answers in the state pre-operational too.
 const READ = 't60184064600000000000\r', ANSWER = /^t581843646000(.{8})/;
 const watch = address => {

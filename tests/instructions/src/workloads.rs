@@ -21,7 +21,7 @@ use model_core::control::{
     units::angle,
 };
 
-/// Something that has to be fast.
+/// Time-critical code.
 #[derive(Debug)]
 pub struct Workload {
     /// Its name in the golden file.

@@ -40,7 +40,7 @@ struct Copied {
     pages: Vec<Page>,
 }
 
-/// A core that no run uses, on memory of its own.
+/// A core that no run uses, on its own memory.
 struct Spare {
     kind: CoreKind,
     core: Box<dyn Processor>,

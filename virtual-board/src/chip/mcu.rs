@@ -78,7 +78,7 @@ fn new_part() -> Result<Stm32f427, Error> {
 }
 
 impl Chip {
-    /// A chip after power-on, with 8 MHz at HSE, on a CAN bus of its own or on a shared one.
+    /// A chip after power-on, with 8 MHz at HSE, on its own CAN bus or on a shared one.
     ///
     /// # Errors
     /// An error of rigless if the description of the chip is inconsistent.

@@ -1,4 +1,4 @@
-//! One bus for several boards, each of which runs in a thread of its own.
+//! One bus for several boards, each of which runs in its own thread.
 //!
 //! No station can begin a frame while one is on the bus, and the outcome of a frame is known when
 //! it begins: until it ends, the boards run independently. On a free bus they synchronise: each

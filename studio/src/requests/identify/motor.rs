@@ -15,7 +15,7 @@ use crate::requests::objects::address;
 /// only the ratios of torque constant, inertia and friction.
 pub const TORQUE_CONSTANT: &str = "torque_constant_nm_a";
 
-/// Rate below which the noise of rate and back-EMF matters, deg/s.
+/// Rate below which the noise of rate and back-EMF is significant, deg/s.
 const SLOWEST_DEG_S: f64 = 30.0;
 
 /// The torque constant at the output: back-EMF per rate, by least squares over the samples in

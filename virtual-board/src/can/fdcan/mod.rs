@@ -70,7 +70,7 @@ struct Settings {
     cancelled_enabled: u32,
 }
 
-/// A controller, on a [`Wire`] of its own with external ports or on a bus that its user shares
+/// A controller, on its own [`Wire`] with external ports or on a bus that its user shares
 /// among several controllers.
 #[derive(Debug)]
 pub struct FdCan {

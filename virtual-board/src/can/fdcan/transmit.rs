@@ -67,7 +67,7 @@ impl FdCan {
         self.cancelled &= !buffers;
     }
 
-    /// Cancels buffers: at once, or after the attempt that is under way.
+    /// Cancels buffers: immediately, or after the present attempt.
     pub(super) fn cancel(&mut self, buffers: u32) {
         let buffers = buffers & self.pending;
         let sending = self.current.and_then(|current| current.buffer);
