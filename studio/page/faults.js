@@ -36,7 +36,7 @@ const show = host => {
   const describe = (fault, latched, isPresent) => {
     const seen = since(fault.name);
     return h('article', { class: 'problem' },
-      h('h3', {}, `${fault.name}`, latched && badge('latched', 'bad'), isPresent ? badge('still there', 'warn') : badge('cause is gone', 'good'), h('span', { class: 'soft mono' }, fault.code)),
+      h('h3', {}, `${fault.name}`, latched && badge('latched', 'bad'), isPresent ? badge('present', 'warn') : badge('no longer present', 'good'), h('span', { class: 'soft mono' }, fault.code)),
       h('dl', {}, h('dt', {}, 'What to do'), h('dd', {}, h('b', {}, fault.remedy)),
         h('dt', {}, 'Why'), h('dd', {}, fault.condition.replaceAll('`', '')),
         h('dt', {}, 'When'), h('dd', {}, seen ? time(seen.at_ms) : 'before this program was started'),

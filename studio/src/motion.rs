@@ -133,7 +133,7 @@ impl Supervisor {
     pub fn tick(&mut self, core: &Arc<Core>, now: Instant) {
         for (number, page) in orphans(core, now) {
             let why = match page {
-                PageFate::Gone => "its page is gone",
+                PageFate::Gone => "its page is closed",
                 PageFate::Silent => "its page does not answer",
             };
             core.log("warning", Some(number), &format!("stopped: {why}"));
@@ -183,7 +183,7 @@ enum PageFate {
     Silent,
 }
 
-/// The drives that are enabled by a page which is gone or silent, and are not stopped yet.
+/// The drives that are enabled by a page which is closed or silent, and are not stopped yet.
 fn orphans(core: &Core, now: Instant) -> Vec<(u8, PageFate)> {
     core.with(|state| {
         let pages = &state.pages;
@@ -216,7 +216,7 @@ pub fn leave(core: &Arc<Core>) {
     {
         let done = done.clone();
         let restored = core.at_node(number, move |client| {
-            // A node that is gone restores itself with its next start.
+            // A lost node restores its settings with its next start.
             let _ = client.write("1016:1", "0");
             let _ = mapped::restore(client, &original);
             let _ = done.send(());

@@ -51,7 +51,7 @@ fn lose(core: &Core, why: &str) {
         state.bus_problem = Some(why.to_owned());
         state.has_changed = true;
     });
-    core.log("fault", None, &format!("the bus is gone: {why}"));
+    core.log("fault", None, &format!("the bus is disconnected: {why}"));
 }
 
 fn reopen(core: &Arc<Core>, bus: &str) -> Option<Box<dyn Link + Send>> {

@@ -45,11 +45,11 @@ impl Hub {
     /// Sends a frame.
     ///
     /// # Errors
-    /// The bus is gone, or the error of the operating system.
+    /// The bus is disconnected, or the error of the operating system.
     pub fn send(&self, frame: &CanFrame) -> io::Result<()> {
         match lock(&self.transmitter).as_mut() {
             Some(transmitter) => transmitter.send(frame)?,
-            None => return Err(io::Error::new(ErrorKind::NotConnected, "the bus is gone")),
+            None => return Err(io::Error::new(ErrorKind::NotConnected, "the bus is disconnected")),
         }
         let mut sent = lock(&self.sent);
         if sent.len() < SENT {
@@ -110,7 +110,7 @@ impl Link for HubLink {
             Ok(frame) => Ok(Some(frame)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => {
-                Err(io::Error::new(ErrorKind::NotConnected, "the bus is gone"))
+                Err(io::Error::new(ErrorKind::NotConnected, "the bus is disconnected"))
             }
         }
     }

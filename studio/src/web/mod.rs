@@ -49,7 +49,7 @@ pub trait Application {
     /// A page is there.
     fn joined(&self, page: PageId);
 
-    /// A page is gone.
+    /// A page has closed.
     fn left(&self, page: PageId);
 
     /// A message of a page. It must not wait.

@@ -60,7 +60,7 @@ const lastLog = "import('/state.js').then(({ state }) => state.log.findLast(entr
 
 const cases = [
   ['space is pressed', async ({ page }) => { await page.key(' ', 'Space'); }, page => page.evaluate(lastLog)],
-  ['the page is closed', async ({ page }) => { await page.close(); }, async () => 'it is gone; another page shows "stopped: its page is gone"'],
+  ['the page is closed', async ({ page }) => { await page.close(); }, async () => 'closed; another page shows "stopped: its page is closed"'],
   ['the page hangs', async ({ page }) => { page.evaluate('for (const end = Date.now() + 4000; Date.now() < end;);').catch(() => {}); }, async page => { await page.until('true'); await wait(300); return page.evaluate(lastLog); }],
   ['the server is killed', async ({ run }) => { run.child.kill('SIGKILL'); }, page => page.evaluate(SAYS)],
   ['the bus is cut', async ({ line }) => { line.cut(); }, page => page.evaluate(SAYS)],

@@ -143,7 +143,7 @@ try {
   assert.ok(fit > 90, `fit ${fit} %`);
   await page.picture('identify', true);
   await page.tap('#take-over');
-  await page.until("document.querySelector('#toasts').textContent.includes('have the motor now')");
+  await page.until("document.querySelector('#toasts').textContent.includes('The motor is set')");
   took('identify');
 
   // Faults: a fault, what to do, and the reset.

@@ -163,7 +163,7 @@ pub fn take_over(context: Context, node: u8, values: BTreeMap<String, f64>) {
             client.write(object, &value.to_string())?;
             core.with_node(node, |node| node.unsaved.insert(object.clone()));
         }
-        // The model starts, or starts anew.
+        // The model starts, or restarts.
         client.write("2010:2", "0")?;
         client.write("2010:2", "1")?;
         Ok::<_, ClientError>(json!(null))
