@@ -49,7 +49,12 @@ impl Hub {
     pub fn send(&self, frame: &CanFrame) -> io::Result<()> {
         match lock(&self.transmitter).as_mut() {
             Some(transmitter) => transmitter.send(frame)?,
-            None => return Err(io::Error::new(ErrorKind::NotConnected, "the bus is disconnected")),
+            None => {
+                return Err(io::Error::new(
+                    ErrorKind::NotConnected,
+                    "the bus is disconnected",
+                ));
+            }
         }
         let mut sent = lock(&self.sent);
         if sent.len() < SENT {
@@ -109,9 +114,10 @@ impl Link for HubLink {
         match self.frames.recv_timeout(timeout) {
             Ok(frame) => Ok(Some(frame)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
-            Err(RecvTimeoutError::Disconnected) => {
-                Err(io::Error::new(ErrorKind::NotConnected, "the bus is disconnected"))
-            }
+            Err(RecvTimeoutError::Disconnected) => Err(io::Error::new(
+                ErrorKind::NotConnected,
+                "the bus is disconnected",
+            )),
         }
     }
 }
