@@ -39,7 +39,7 @@ fn own_key() -> String {
         panic!(
             "the bootloader needs the public key of its images: make a pair with `cargo run -- \
              image key FILE` and set {KEY} to FILE.pub, or build for development with `--features \
-             development-key`, whose key everybody knows"
+             development-key`, whose key is public"
         );
     };
     println!("cargo::rerun-if-changed={}", Path::new(&path).display());
@@ -49,7 +49,7 @@ fn own_key() -> String {
     let development = "772cb4770411c62d72ef1fed6f56e33eea185491c952a37d07c659d7f3133b93";
     assert!(
         digits != development,
-        "{}: that is the development key, which everybody knows",
+        "{}: that is the development key, which is public",
         path.display()
     );
     let byte = |at: usize| {

@@ -63,10 +63,10 @@ fn anchor(heading: &str) -> String {
         .collect()
 }
 
-fn has_anchor(document: &Path, wanted: &str) -> bool {
+fn has_anchor(document: &Path, expected: &str) -> bool {
     let text = fs::read_to_string(document).unwrap_or_default();
     let mut headings = text.lines().filter(|line| line.starts_with('#'));
-    headings.any(|heading| anchor(heading) == wanted)
+    headings.any(|heading| anchor(heading) == expected)
 }
 
 #[test]

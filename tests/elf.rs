@@ -9,7 +9,7 @@ use object::{File, Object, ObjectSection, ObjectSymbol, SectionFlags, elf};
 const CAPTURE_BUFFER: &str = "capture_buffer";
 
 /// A program with its limits, bytes: flash, and SRAM without the capture buffer. The stack has a
-/// memory of its own; a test on the emulated board measures how much of it is used.
+/// its own memory; a test on the emulated board measures how much of it is used.
 struct Program {
     name: &'static str,
     elf: fn() -> &'static Path,

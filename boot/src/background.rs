@@ -18,7 +18,7 @@ use crate::{
 /// Why an image was not staged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum StageError {
-    /// The program has another CRC than its header tells.
+    /// The program has another CRC than its header states.
     Program,
     /// The flash cannot be erased or written, or reads differently.
     Flash,
@@ -176,7 +176,7 @@ impl Appending {
         }
     }
 
-    /// The state that it tells.
+    /// The state that the record contains.
     pub fn state(&self) -> &State {
         &self.state
     }

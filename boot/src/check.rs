@@ -62,7 +62,7 @@ impl Policy {
 /// program is the one that was signed.
 ///
 /// # Errors
-/// Why it may not.
+/// Why it must not run.
 pub fn acceptable(
     flash: &impl ReadFlash,
     region: &Region,

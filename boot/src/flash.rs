@@ -2,7 +2,7 @@
 
 use core::task::Poll;
 
-/// A flash operation failed: the hardware has told an error, or the content that was read back is
+/// A flash operation failed: the flash controller reported an error, or the content that was read back is
 /// not the content that was written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlashError;
@@ -27,17 +27,17 @@ pub trait Flash: ReadFlash {
     /// Erases the sector of this number.
     ///
     /// # Errors
-    /// The hardware has told an error.
+    /// The flash controller reported an error.
     fn erase(&mut self, sector: u8) -> Result<(), FlashError>;
 
     /// Programs the word at an address, a multiple of four.
     ///
     /// # Errors
-    /// The hardware has told an error.
+    /// The flash controller reported an error.
     fn program(&mut self, address: u32, word: u32) -> Result<(), FlashError>;
 }
 
-/// As [`Flash`], with functions that do not wait: the program of the board goes on meanwhile. It is
+/// As [`Flash`], with functions that do not wait: the program of the board continues meanwhile. It is
 /// read, and the next operation is started, only when the last one has ended.
 pub trait PolledFlash: ReadFlash {
     /// Starts to erase the sector of this number.

@@ -98,7 +98,7 @@ pub struct Header {
 }
 
 impl Header {
-    /// The header at the start of an image; `None` if there is none, it is of another format, or
+    /// The header at the start of an image; `None` if there is no header, it is of another format, or
     /// its CRC is wrong.
     pub fn read(image: &[u8]) -> Option<Self> {
         let word = |at: usize| {

@@ -77,7 +77,7 @@ impl<F: Flash, V: Verifier> Bootloader<'_, F, V> {
     /// Checks whether the staged image may be installed.
     ///
     /// # Errors
-    /// Why it may not.
+    /// Why it must not run.
     pub fn check_staged(&self) -> Result<(), Refusal> {
         self.acceptable(&self.layout.staging, &self.state())
             .map(|_| ())
@@ -260,7 +260,7 @@ impl<F: Flash, V: Verifier> Bootloader<'_, F, V> {
     }
 }
 
-/// Defects that the tests plant, to see that they find them.
+/// Defects that the tests plant, to show that they find them.
 mod defect {
     /// A defect.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]

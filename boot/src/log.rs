@@ -39,7 +39,7 @@ pub struct Place {
     pub sequence: u32,
 }
 
-/// The newest record; `None` if there is none.
+/// The newest record, if any.
 pub fn newest(flash: &impl ReadFlash, sectors: &[Sector; 2]) -> Option<Newest> {
     let mut newest: Option<Newest> = None;
     for (number, sector) in sectors.iter().enumerate() {

@@ -40,7 +40,7 @@ pub fn image_hash(program: &[u8]) -> [u8; 64] {
     hash.finalize()
 }
 
-/// The private key of the development key: known to everybody, hence refused by a bootloader that
+/// The private key of the development key: public, hence refused by a bootloader that
 /// is built without the feature `development-key`.
 pub const DEVELOPMENT_SEED: [u8; 32] = *b"smart-actuator, development only";
 

@@ -78,10 +78,10 @@ impl Compare {
             false => candidates.len(),
         };
         let bar = output::progress(fits as u64, "fits");
-        let told = |done| bar.set_position(done as u64);
+        let progress = |done| bar.set_position(done as u64);
         let comparison = match self.leave_one_out {
-            true => Comparison::leave_one_out(&candidates, fitted, &options, &told),
-            false => Comparison::of(&candidates, fitted, &loaded.held_out, &options, &told),
+            true => Comparison::leave_one_out(&candidates, fitted, &options, &progress),
+            false => Comparison::of(&candidates, fitted, &loaded.held_out, &options, &progress),
         };
         bar.finish_and_clear();
         let comparison = comparison?;

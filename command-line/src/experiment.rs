@@ -151,7 +151,7 @@ impl Experiment {
                            of them greater";
             return Err(Error::Conflict(problem.into()));
         }
-        let unknown = "the parser has let a model pass that it does not know";
+        let unknown = "the parser has accepted an unknown model";
         let model = models::named(&self.model).expect(unknown);
         check_command(&*model)?;
         let mut bench = ExperimentSetup {

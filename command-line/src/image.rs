@@ -42,7 +42,7 @@ enum Action {
         /// Makes a recovery image, which a board takes in place of this later version
         #[arg(long, value_name = "VERSION")]
         replaces: Option<String>,
-        /// File of the private key [default: the development key, which everybody knows]
+        /// File of the private key [default: the development key, which is public]
         #[arg(long)]
         key: Option<PathBuf>,
     },

@@ -1,7 +1,7 @@
 //! Interrupts (Ctrl-C) and requests to end the program.
 //!
 //! A command that takes time removes its unfinished files and ends; one that runs until it is
-//! stopped asks for a flag instead, and ends by itself.
+//! stopped takes a flag instead, and ends when it is set.
 
 use std::sync::{
     Arc, OnceLock,
@@ -15,7 +15,7 @@ use crate::error::Error;
 /// Exit status after an interrupt, as shells report it.
 const INTERRUPTED: i32 = 130;
 
-/// The flag of a command that ends by itself.
+/// The flag of a command that checks it.
 static STOP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
 /// Whether the handler is installed.

@@ -133,13 +133,13 @@ fn command() -> clap::Command {
     <Arguments as clap::CommandFactory>::command()
 }
 
-/// The arguments. Text that was asked for, as that of `--help`, goes to a pipe or a file in one
+/// The arguments. Requested text, as that of `--help`, goes to a pipe or a file in one
 /// piece: line by line its reader would be woken for each.
 fn arguments() -> Arguments {
     Arguments::try_parse().unwrap_or_else(|answer| {
         let is_plain = !io::stdout().is_terminal() && env::var_os("CLICOLOR_FORCE").is_none();
         if !answer.use_stderr() && is_plain {
-            // As clap, which ends the program without a word if nobody reads.
+            // As clap, which ends the program silently if the reader is closed.
             let _ = output::print(&answer.render().to_string());
             process::exit(answer.exit_code());
         }

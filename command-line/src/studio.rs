@@ -38,8 +38,8 @@ pub struct Studio {
     no_open: bool,
 }
 
-/// Writes to standard error; nothing ends if nobody reads it.
-fn tell(text: &str) {
+/// Writes to standard error; a closed reader is ignored.
+fn report(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
 }
 
@@ -52,7 +52,7 @@ impl Studio {
         let stop = interrupt::stop()?;
         let native = match &self.bus {
             Some(_) => None,
-            None => Some(NativeBus::start(self.nodes, tell)?),
+            None => Some(NativeBus::start(self.nodes, report)?),
         };
         let simulated = native.as_ref().map(|native| native.address().to_string());
         let options = Options {
@@ -64,16 +64,16 @@ impl Studio {
             bus: simulated.clone().or(self.bus).unwrap_or_default(),
             kbit_s: self.kbit_s,
         };
-        let studio = studio::Studio::open(options, tell)?;
+        let studio = studio::Studio::open(options, report)?;
         let address = studio.address();
         if !address.ip().is_loopback() {
-            tell(&format!(
+            report(&format!(
                 "warning: {address} can be reached from other computers; the connection is not \
                  encrypted, and the token in it permits to command the actuators"
             ));
         }
         if let Some(simulated) = simulated {
-            tell(&format!(
+            report(&format!(
                 "the simulated actuators are at --bus {simulated} for other commands"
             ));
         }
@@ -82,7 +82,7 @@ impl Studio {
         if !self.no_open {
             open_browser(&url);
         }
-        let run = studio.run(&stop, &mut |notice: &Notice| tell(&notice.to_string()));
+        let run = studio.run(&stop, &mut |notice: &Notice| report(&notice.to_string()));
         run.map_err(|source| Error::Serve {
             address: address.to_string(),
             source,
@@ -103,6 +103,6 @@ fn open_browser(url: &str) {
     command.args(arguments).arg(url);
     command.stdin(Stdio::null()).stdout(Stdio::null());
     if command.stderr(Stdio::null()).spawn().is_err() {
-        tell("no browser could be opened; open the address yourself");
+        report("no browser could be opened; open the address yourself");
     }
 }

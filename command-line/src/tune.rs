@@ -110,7 +110,7 @@ impl Tune {
 fn explained(error: TuneError) -> Error {
     match error {
         TuneError::Parameter(parameter) if options::is_found(&parameter) => Error::Conflict(
-            format!("the request asks for a gain that the board does not take: {parameter}"),
+            format!("the request requires a gain that the board does not accept: {parameter}"),
         ),
         TuneError::Parameter(parameter) => parameter.into(),
         out_of_reach => Error::Conflict(out_of_reach.to_string()),

@@ -6,7 +6,7 @@ import { state, watch, hasControl } from './state.js';
 // Stops all drives. No answer is awaited: it is sent again with each press.
 export const stop = () => {
   send({ do: 'stop' });
-  toast(isOpen() ? 'Stop sent to all drives' : 'No connection: the server stops the drives of this page by itself', isOpen() ? '' : 'bad');
+  toast(isOpen() ? 'Stop sent to all drives' : 'No connection: the server stops the drives of this page', isOpen() ? '' : 'bad');
 };
 
 const isText = element => element.matches('input[type=text], input[type=search], textarea');
@@ -33,7 +33,7 @@ export const setup = () => {
     if (now === shown) return;
     shown = now;
     if (hasControl() && asking != null) {
-      put(host, h('span', { class: 'badge warn' }, `Page ${asking} asks for control`),
+      put(host, h('span', { class: 'badge warn' }, `Page ${asking} requests control`),
         button('Give', () => attempt(() => request('answer_control', { give: true })), { class: 'primary' }),
         button('Keep', () => attempt(() => request('answer_control', { give: false }))));
     } else if (hasControl()) {

@@ -15,7 +15,7 @@ const show = host => {
     h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Devices on the bus'), scan),
       table(['Node', 'Device', 'Serial no.', { name: 'Firmware' }, 'Network', 'Drive', 'Faults', ''], body)),
     h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'A device without a node-ID'), button('Search (LSS)', search, { id: 'lss' })),
-      h('p', { class: 'soft' }, 'A new actuator has no node-ID until it is given one. The search finds one such device at a time; the node-ID is stored in the device.'), found)));
+      h('p', { class: 'soft' }, 'A new actuator has no node-ID. The search finds one such device at a time and assigns a node-ID, which is stored in the device.'), found)));
 
   async function search() {
     put(found, h('p', { class: 'soft' }, 'Searching …'));
@@ -54,7 +54,7 @@ const show = host => {
     const now = JSON.stringify([state.nodes, hasControl()]);
     if (now === shown || body.contains(document.activeElement) && document.activeElement.matches('select:open')) return;
     shown = now;
-    put(body, state.nodes.length ? state.nodes.map(row) : h('tr', {}, h('td', { colspan: 8, class: 'empty' }, 'No device has answered yet.')));
+    put(body, state.nodes.length ? state.nodes.map(row) : h('tr', {}, h('td', { colspan: 8, class: 'empty' }, 'No device has responded.')));
   });
 };
 

@@ -31,12 +31,12 @@ const show = host => {
   }
   reload = node => { if (node === state.node && host.isConnected) load(); };
 
-  // When it was seen first, by the log.
+  // Time of its first entry in the log.
   const since = name => state.log.findLast(entry => entry.node === state.node && entry.kind === 'fault' && entry.text.endsWith(name));
   const describe = (fault, latched, isPresent) => {
     const seen = since(fault.name);
     return h('article', { class: 'problem' },
-      h('h3', {}, `${fault.name}`, latched && badge('latched', 'bad'), isPresent ? badge('still there', 'warn') : badge('cause is gone', 'good'), h('span', { class: 'soft mono' }, fault.code)),
+      h('h3', {}, `${fault.name}`, latched && badge('latched', 'bad'), isPresent ? badge('present', 'warn') : badge('no longer present', 'good'), h('span', { class: 'soft mono' }, fault.code)),
       h('dl', {}, h('dt', {}, 'What to do'), h('dd', {}, h('b', {}, fault.remedy)),
         h('dt', {}, 'Why'), h('dd', {}, fault.condition.replaceAll('`', '')),
         h('dt', {}, 'When'), h('dd', {}, seen ? time(seen.at_ms) : 'before this program was started'),

@@ -16,16 +16,16 @@ const show = host => {
   if (state.hello.models.some(({ name }) => name === last.model)) model.value = last.model;
   last.model = model.value;
   const predicted = h('div', { 'aria-live': 'polite' }), result = h('div', { class: 'column' }), status = h('p', { class: 'soft', 'aria-live': 'polite' });
-  let asked = 0;
+  let requested = 0;
   async function predict(settings) {
-    const number = ++asked;
+    const number = ++requested;
     put(predicted, h('p', { class: 'soft' }, 'Predicting …'));
     const answer = await request('predict', { model: last.model, settings }).catch(error => ({ error: error.message }));
-    if (number !== asked) return;
+    if (number !== requested) return;
     if (answer.error) return put(predicted, h('p', { class: 'note warn' }, answer.error));
     put(predicted, table(['Parameter', { name: 'Expected', number: true }, { name: 'Error', number: true }], h('tbody', {}, answer.parameters.map(p => h('tr', {},
       h('td', { class: 'breaks' }, p.name), h('td', { class: 'number', title: p.unit }, short(p.value)),
-      h('td', { class: 'number' }, p.standard_error == null ? 'not told' : p.percent == null ? short(p.standard_error) : `${fixed(p.percent, p.percent < 10 ? 2 : 0)} %`))))),
+      h('td', { class: 'number' }, p.standard_error == null ? 'not determined' : p.percent == null ? short(p.standard_error) : `${fixed(p.percent, p.percent < 10 ? 2 : 0)} %`))))),
     h('p', { class: 'soft' }, `The angle reaches ${fixed(answer.largest_angle_deg, 1)}°; ${fixed(answer.limited_s, 1)} s at the rate limit. Noise assumed: ${answer.noise_deg}°.`));
   }
   const form = new ExcitationForm('identify', settings => { predict(settings); update(); });
@@ -37,7 +37,7 @@ const show = host => {
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Predicted standard errors')), predicted)),
     result));
   if (last.answer) present(last.answer);
-  else put(result, h('section', { class: 'card' }, h('p', { class: 'empty' }, 'Choose an excitation, see how well it would determine the parameters, enable the drive in the view Move, and run it.')));
+  else put(result, h('section', { class: 'card' }, h('p', { class: 'empty' }, 'Choose an excitation, check the predicted standard errors, enable the drive in the view Move, and run it.')));
 
   async function measure() {
     run.disabled = true;
@@ -72,14 +72,14 @@ const show = host => {
     const estimates = rows => table(answer.parameters.columns.map((column, i) => ({ name: column.unit ? `${column.name} (${column.unit})` : column.name, number: i > 0 })), h('tbody', {}, rows.map(row => h('tr', {}, row.map((cell, i) => h('td', { class: i ? 'number' : '' }, cell))))));
     const takeOver = button('Take over', async () => {
       const values = Object.fromEntries(motor.objects.map(({ object, value }) => [object, value]));
-      if (await attempt(() => request('take_over', { node: state.node, values }), 'The board\'s model and the view Tune have the motor now') === undefined) return;
+      if (await attempt(() => request('take_over', { node: state.node, values }), 'The motor is set in the board\'s model and in the view Tune') === undefined) return;
       takeMotor(motor.motor_gain, motor.motor_time_constant_s);
     }, { class: 'primary', id: 'take-over', disabled: !hasControl() });
     put(result,
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, `${answer.model}: fit ${fixed(answer.fit_percent, 2)} %`), answer.is_stopped && h('span', { class: 'badge warn' }, 'ended early')),
         h('p', { class: 'soft' }, `${answer.samples} samples; the residuals have a standard deviation of ${fixed(answer.noise_deg, 4)}°.`),
         estimates(answer.parameters.rows.filter(isEstimated)),
-        h('details', {}, h('summary', {}, 'Parameters that were held'), estimates(answer.parameters.rows.filter(row => !isEstimated(row)))),
+        h('details', {}, h('summary', {}, 'Fixed parameters'), estimates(answer.parameters.rows.filter(row => !isEstimated(row)))),
         answer.warnings.map(warning => h('p', { class: 'note warn' }, warning))),
       motor && h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Motor for the board and the tuning'), takeOver),
         table(['Object', { name: 'Value', number: true }, 'Unit'], h('tbody', {}, [...motor.objects.map(({ name, value, unit }) => [name, value, unit]), ['gain of the motor, for Tune', motor.motor_gain, '(deg/s)/%'], ['time constant, for Tune', motor.motor_time_constant_s, 's']].map(([name, value, unit]) => h('tr', {}, h('td', {}, name), h('td', { class: 'number' }, short(value)), h('td', { class: 'unit' }, unit))))),

@@ -106,7 +106,7 @@ const capture = () => {
     put(result, h('p', { class: 'soft' }, 'Uploading …'));
     const { time_s, signals } = await request('read_capture', { node: node() }).catch(error => { put(result); throw error; });
     figures.clear(result);
-    if (!time_s.length) return put(result, h('p', { class: 'empty' }, 'The board has recorded nothing.'));
+    if (!time_s.length) return put(result, h('p', { class: 'empty' }, 'The capture of the board is empty.'));
     figures.draw(result, {
       x_label: 'time (s)', x_log: false,
       panels: signals.map((signal, i) => ({ y_label: signal.name, y_step: null, series: [{ label: signal.name, colour: 1 + i % 7, style: 'line', x: time_s, y: signal.values }] })),

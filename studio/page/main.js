@@ -72,8 +72,8 @@ watch(() => {
   tab.querySelector('.count')?.remove();
   if (latched) tab.append(h('span', { class: 'count', title: `${latched} actuators with a fault` }, String(latched)));
   const lost = state.nodes.filter(node => node.is_lost).map(node => node.node);
-  const text = !socket.isOpen() && state.hello ? 'The server is gone. It, or the actuators themselves, have stopped what this page has moved. Reconnecting …'
-    : state.busProblem ? `The bus is gone: ${state.busProblem}. Actuators stop by themselves without the heartbeat of this program. Reconnecting …`
+  const text = !socket.isOpen() && state.hello ? 'No connection to the server. The motions of this page have been stopped. Reconnecting …'
+    : state.busProblem ? `No connection to the bus: ${state.busProblem}. Actuators stop without the heartbeat of this program. Reconnecting …`
       : lost.length ? `Node ${lost.join(', ')}: the heartbeat is lost.` : '';
   $('banner').hidden = !text;
   say($('banner'), text);
@@ -95,7 +95,7 @@ socket.on('progress', ({ task, what, done, of, ended }) => {
 });
 
 let dropped = 0;
-socket.on('dropped', ({ samples }) => { dropped += samples; toast(`${samples} samples did not reach this page: it was too slow`, 'bad'); });
+socket.on('dropped', ({ samples }) => { dropped += samples; toast(`${samples} samples were dropped: this page reads too slowly`, 'bad'); });
 socket.on('samples', rings.receive);
 socket.on('hello', hello => {
   rings.clear();

@@ -31,10 +31,10 @@ const show = host => {
     isMoving = false;
   };
   const aim = deg => {
-    const wanted = Math.max(+slider.min, Math.min(+slider.max, Math.round(deg * 1000) / 1000));
-    slider.value = wanted;
-    target.value = wanted;
-    command(wanted);
+    const angle = Math.max(+slider.min, Math.min(+slider.max, Math.round(deg * 1000) / 1000));
+    slider.value = angle;
+    target.value = angle;
+    command(angle);
   };
   slider.oninput = () => aim(+slider.value);
   target.onkeydown = event => { if (event.key === 'Enter' && Number.isFinite(target.valueAsNumber)) aim(target.valueAsNumber); };
@@ -85,7 +85,7 @@ const show = host => {
     put(drive, one ? badge(one.state ?? '–', one.has_fault ? 'bad' : one.is_enabled ? 'good' : '') : 'no actuator');
     const hint = document.getElementById('move-hint');
     if (hint) say(hint, !hasControl() ? 'Another page has control: take it to move.' : !one ? 'No actuator has been found.' : one.has_fault ? 'A fault: see the view Faults, and reset it there.'
-      : one.is_enabled ? 'Space stops all drives. If this page hangs or is closed, the drive stops by itself.' : 'Hold the button for a moment: the drive then holds its angle.');
+      : one.is_enabled ? 'Space stops all drives. If this page hangs or is closed, the server stops the drive.' : 'Hold the button for a moment: the drive then holds its angle.');
     if (one && one.node !== node) {
       node = one.node;
       plot.show([node]);

@@ -28,7 +28,7 @@ const show = host => {
   put(host, h('div', { class: 'column' },
     h('section', { class: 'card' },
       h('header', {}, h('h2', {}, 'Parameters'), h('div', { class: 'row' }, button('Read again', load, { id: 'reload' }), back,
-        guarded('Save in the actuator', () => attempt(() => request('save', { node, group: 'application' }), 'Saved: valid after the next start too'), { class: 'primary', id: 'save' }),
+        guarded('Save in the actuator', () => attempt(() => request('save', { node, group: 'application' }), 'Saved'), { class: 'primary', id: 'save' }),
         guarded('Restore defaults', restore, { id: 'restore' }))),
       h('div', { class: 'row' }, search, which, status),
       h('div', { class: 'row' }, 'Files:',
@@ -48,7 +48,7 @@ const show = host => {
   }
 
   function restore() {
-    if (!confirm(`Restore the defaults of actuator ${node}? It starts anew, and its parameters are lost unless a file has them.`)) return;
+    if (!confirm(`Restore the defaults of actuator ${node}? It restarts, and parameters that are not in a file are lost.`)) return;
     attempt(() => request('restore', { node }), 'The defaults are restored').then(() => setTimeout(load, 1500));
   }
 
@@ -124,19 +124,19 @@ const show = host => {
   }
 
   function filter() {
-    const wanted = search.value.trim().toLowerCase(), kind = +which.value, unsaved = new Set(chosen()?.unsaved);
+    const sought = search.value.trim().toLowerCase(), kind = +which.value, unsaved = new Set(chosen()?.unsaved);
     let count = 0;
     for (const group of body.children) {
       let here = 0;
       for (const row of group.querySelectorAll('tbody tr')) {
         const object = state.objects.get(row.id.slice(2));
-        const fits = (!wanted || `${object.name} ${object.object} ${object.entry} ${object.address} ${object.meaning}`.toLowerCase().includes(wanted))
+        const fits = (!sought || `${object.name} ${object.object} ${object.entry} ${object.address} ${object.meaning}`.toLowerCase().includes(sought))
           && (kind !== 1 || differs(object, values[object.address], node)) && (kind !== 2 || unsaved.has(object.address));
         row.hidden = !fits;
         here += fits;
       }
       group.hidden = !here;
-      if (wanted || kind) group.open = here > 0;
+      if (sought || kind) group.open = here > 0;
       say(group.querySelector('summary .soft'), `${here} objects`);
       count += here;
     }

@@ -1,4 +1,4 @@
-// What the server has told: shared by all views.
+// State received from the server, shared by all views.
 import { on, request } from './socket.js';
 
 export const state = {

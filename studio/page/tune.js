@@ -1,4 +1,4 @@
-// Gains: what a motor and a target give, beside what the actuator does.
+// Gains: predicted for a motor and a target, beside the measured step.
 import { h, put, say, button, attempt, fixed, badge, short, toast } from './dom.js';
 import { request } from './socket.js';
 import { state, watch, chosen, hasControl, read } from './state.js';

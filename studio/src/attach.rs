@@ -152,7 +152,7 @@ fn load(actuators: usize, kbit_s: u16) -> f64 {
 /// Reads the faults of an actuator, after other work for it.
 pub fn refresh_faults(core: &Arc<Core>, node: u8) {
     let shared = Arc::clone(core);
-    // A later message asks again.
+    // A later message repeats the request.
     let _ = core.at_node(node, move |client| {
         let bits = client
             .integer("2050:9")

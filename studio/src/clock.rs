@@ -18,7 +18,7 @@ const PERIOD: Duration = Duration::from_millis(10);
 /// Period of the messages with samples: a little shorter than a frame of the screen.
 const SAMPLES: Duration = Duration::from_millis(15);
 
-/// Period of the question whether a page is alive.
+/// Period of the request that a page must answer.
 const TICK: Duration = Duration::from_millis(100);
 
 /// Period in which the faults of actuators that have some are read again.

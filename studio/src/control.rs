@@ -1,5 +1,5 @@
-//! Which page commands the actuators: one at a time. Another one gets the control by asking: the
-//! holder gives it, or does not answer in time.
+//! Which page commands the actuators: one at a time. Another one requests control
+//! and gets it if the holder agrees, or does not answer in time.
 
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use crate::web::PageId;
 /// Time that the holder has to refuse.
 pub const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Who holds the control, and who asks for it.
+/// The page that has control, and the one that requests it.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub struct Control {
     holder: Option<PageId>,
@@ -28,7 +28,7 @@ impl Control {
         self.holder.get_or_insert(page);
     }
 
-    /// A page has closed; if it held the control, the page that asks gets it.
+    /// A page has closed; if it had control, the requesting page gets it.
     pub fn left(&mut self, page: PageId) {
         if self.asking.is_some_and(|(asking, _)| asking == page) {
             self.asking = None;
@@ -38,7 +38,7 @@ impl Control {
         }
     }
 
-    /// A page asks for the control.
+    /// A page requests control.
     pub fn ask(&mut self, page: PageId, now: Instant) {
         match self.holder {
             None => self.holder = Some(page),
@@ -95,7 +95,7 @@ mod tests {
         assert!(control.is_held_by(1) && !control.is_held_by(2));
         control.ask(2, start);
         assert!(control.is_held_by(1), "not yet");
-        assert!(!control.answer(2, true), "only the holder gives it");
+        assert!(!control.answer(2, true), "only the holder can grant it");
         assert!(control.answer(1, false));
         assert!(!control.expire(start + 2 * PATIENCE), "it was refused");
         control.ask(2, start);
@@ -112,7 +112,7 @@ mod tests {
         control.ask(3, start);
         assert!(!control.expire(start + PATIENCE / 2));
         assert!(control.expire(start + PATIENCE));
-        assert!(control.is_held_by(2), "the first that asked");
+        assert!(control.is_held_by(2), "the first request");
         control.ask(3, start);
         control.left(2);
         assert!(control.is_held_by(3));

@@ -8,7 +8,7 @@
 //! | one of each node | transfers of objects, in order |
 //! | one of each task | scan, identification and other long work |
 //!
-//! The state is locked for a moment at a time; nobody waits for a node while it is locked.
+//! The state is locked for a moment at a time; no thread waits for a node while it is locked.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -68,7 +68,7 @@ pub struct State {
     files: VecDeque<Download>,
     /// Long work that can be stopped.
     tasks: BTreeMap<u64, Arc<AtomicBool>>,
-    /// The nodes have changed since the pages were told.
+    /// The nodes have changed since they were sent to the pages.
     pub has_changed: bool,
 }
 
@@ -198,7 +198,7 @@ impl Core {
         })
     }
 
-    /// Does long work in a thread of its own; the flag asks it to end.
+    /// Does long work in its own thread; the flag requests its end.
     ///
     /// # Errors
     /// [`Busy`].
@@ -274,7 +274,7 @@ pub struct Task {
 }
 
 impl Task {
-    /// Whether it is asked to end.
+    /// Whether its end is requested.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

@@ -11,7 +11,7 @@ use host_sim::can::link::Link;
 
 use crate::bus::HubLink;
 
-/// Time after which a stop is noticed while the work waits.
+/// Time after which a stop is detected while the work waits.
 const SLICE: Duration = Duration::from_millis(10);
 
 /// The link.

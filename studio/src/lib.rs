@@ -1,7 +1,7 @@
 //! Studio: a page in a browser that shows, moves, tunes and identifies actuators on a CAN bus.
 //!
 //! [`Studio`] serves the page on a port of this computer and talks to the bus. The page has no
-//! state of its own that matters: several pages show the same, and one of them commands.
+//! state of its own: several pages show the same, and one of them commands.
 //!
 //! ```text
 //! page ── WebSocket ── web ── requests ── core ──┬── one thread a node ── SDO ──┐
@@ -9,7 +9,7 @@
 //!                                                └── receiver ◀── telemetry ────┘
 //! ```
 //!
-//! It is a crate of its own because the simulator is used without it: bindings and tests need no
+//! It is its own crate because the simulator is used without it: bindings and tests need no
 //! server for browsers.
 
 mod attach;
@@ -174,7 +174,7 @@ fn listen(address: SocketAddr) -> io::Result<TcpListener> {
     }
 }
 
-/// What the server tells the state.
+/// Events of the server for the state.
 struct Bridge<'a> {
     core: &'a Arc<Core>,
     bus: &'a str,

@@ -2,12 +2,12 @@
 //!
 //! Three things end a motion, each where the one before has failed:
 //!
-//! 1. A stop: any page may ask for it, at any time. The quick stop is sent at once, beside all
+//! 1. A stop: any page may request it, at any time. The quick stop is sent at once, beside all
 //!    other work, and again until the drive is off.
-//! 2. The page that asked for the motion is gone, or does not answer for [`PAGE_SILENT`]: this
+//! 2. The page that requested the motion is closed, or does not answer for [`PAGE_SILENT`]: this
 //!    program stops the drive as for 1.
-//! 3. This program, or the bus, is gone: the actuator watches its heartbeat (1016h) while it is
-//!    enabled, and reacts as 2040h:2 says.
+//! 3. This program has ended, or the bus has failed: the actuator monitors its heartbeat (1016h) while it is
+//!    enabled, and reacts according to 2040h:2.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -70,7 +70,7 @@ pub fn enable(core: &Arc<Core>, client: &mut Client, page: PageId) -> Result<(),
     enabled
 }
 
-/// Commands the angle that was last asked for.
+/// Commands the angle that was last requested.
 ///
 /// # Errors
 /// Those of the transfers and of the drive.
@@ -92,7 +92,7 @@ pub fn stop(core: &Arc<Core>, number: u8) {
         node.is_actuator
     });
     if is_there == Some(true) {
-        // Without a bus the actuator stops by itself.
+        // Without a bus the actuator stops without a command.
         let _ = core.hub.send(&controlword(number, QUICK_STOP));
     }
 }
@@ -131,7 +131,7 @@ impl Supervisor {
     pub fn tick(&mut self, core: &Arc<Core>, now: Instant) {
         for (number, page) in orphans(core, now) {
             let why = match page {
-                PageFate::Gone => "its page is gone",
+                PageFate::Gone => "its page is closed",
                 PageFate::Silent => "its page does not answer",
             };
             core.log("warning", Some(number), &format!("stopped: {why}"));
@@ -166,7 +166,7 @@ impl Supervisor {
             state.has_changed |= !off.is_empty();
         });
         for number in moving {
-            // Without a bus the actuator stops by itself.
+            // Without a bus the actuator stops without a command.
             let _ = core.hub.send(&controlword(number, QUICK_STOP));
         }
         off.into_iter()
@@ -181,7 +181,7 @@ enum PageFate {
     Silent,
 }
 
-/// The drives that are enabled by a page which is gone or silent, and are not stopped yet.
+/// The drives that are enabled by a page which is closed or silent, and are not stopped yet.
 fn orphans(core: &Core, now: Instant) -> Vec<(u8, PageFate)> {
     core.with(|state| {
         let pages = &state.pages;
@@ -214,7 +214,7 @@ pub fn leave(core: &Arc<Core>) {
     {
         let done = done.clone();
         let restored = core.at_node(number, move |client| {
-            // A node that is gone restores itself with its next start.
+            // A lost node restores its settings with its next start.
             let _ = client.write("1016:1", "0");
             let _ = mapped::restore(client, &original);
             let _ = done.send(());

@@ -22,7 +22,7 @@ pub struct NativeBus {
 
 impl NativeBus {
     /// Starts this many actuators with node-IDs from 1, with the noise and friction of real ones;
-    /// `notify` gets what should be told of the bus.
+    /// `notify` receives messages about the bus.
     ///
     /// # Errors
     /// [`StudioError::Serve`] if there is no port.
@@ -47,8 +47,8 @@ impl NativeBus {
             });
             let ended = match nodes.collect::<Result<_, _>>() {
                 Ok(nodes) => {
-                    let mut told = |notice: &_| notify(&format!("{notice}"));
-                    Server::new(Bus::new(nodes)).run(Some(listener), &flag, &mut told)
+                    let mut forward = |notice: &_| notify(&format!("{notice}"));
+                    Server::new(Bus::new(nodes)).run(Some(listener), &flag, &mut forward)
                 }
                 Err(error) => return notify(&error.to_string()),
             };

@@ -17,7 +17,7 @@ use crate::bus::decode::nmt_state;
 use crate::record::Record;
 use crate::web::PageId;
 
-/// Period of the heartbeats that this program asks a node for, ms.
+/// Period of the heartbeats that this program requests of a node, ms.
 pub const HEARTBEAT_MS: u16 = 100;
 
 /// Time without a heartbeat after which a node counts as lost: five periods.
@@ -54,11 +54,11 @@ pub struct Node {
     pub latched: i64,
     /// The page on whose request it is enabled.
     pub enabled_by: Option<PageId>,
-    /// It watches the heartbeat of this program, which must go on until it no longer does.
+    /// It monitors the heartbeat of this program, which must continue until the monitoring ends.
     pub is_watching: bool,
     /// A stop was requested, and the drive is not off yet.
     pub is_stopping: bool,
-    /// Number of stops: a job that was begun before the last one may no longer send.
+    /// Number of stops: a job that started before the last one must not send.
     pub stops: Arc<AtomicU64>,
     /// The last target, mdeg, that is not commanded yet.
     pub target_mdeg: Option<i32>,

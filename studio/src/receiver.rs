@@ -18,7 +18,7 @@ use crate::quantity;
 /// Time after which a bus that was lost is opened again.
 const RETRY: Duration = Duration::from_millis(500);
 
-/// Time after which `stop` is noticed on an idle bus.
+/// Time after which `stop` is detected on an idle bus.
 const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Receives until `stop` is set. The bus is open already the first time.
@@ -51,7 +51,7 @@ fn lose(core: &Core, why: &str) {
         state.bus_problem = Some(why.to_owned());
         state.has_changed = true;
     });
-    core.log("fault", None, &format!("the bus is gone: {why}"));
+    core.log("fault", None, &format!("the bus is disconnected: {why}"));
 }
 
 fn reopen(core: &Arc<Core>, bus: &str) -> Option<Box<dyn Link + Send>> {

@@ -37,7 +37,7 @@ pub struct Record {
     last_s: f64,
     /// Samples that did not arrive, by the counter of the actuator.
     pub lost: u64,
-    /// Samples that the pages did not get since they were last told.
+    /// Samples lost since the last report to the pages.
     pub dropped: u64,
     /// The last rows.
     pub ring: VecDeque<Row>,

@@ -58,7 +58,7 @@ impl Drop for Running {
 struct Page {
     socket: WebSocket<TcpStream>,
     next: u64,
-    /// Whether it answers that it is alive.
+    /// Whether it answers.
     is_alive: bool,
     nodes: Value,
     control: Value,
@@ -177,7 +177,7 @@ impl Page {
 }
 
 #[test]
-fn a_page_moves_and_stops_an_actuator_and_another_one_must_ask_for_control() {
+fn a_page_moves_and_stops_an_actuator_and_another_one_must_request_control() {
     let running = Running::start();
     let mut page = Page::open(&running);
     page.enable();

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Compares the instructions of what has to be fast with tests/golden/instructions.txt. Needs
+# Compares the instructions of time-critical code with tests/golden/instructions.txt. Needs
 # valgrind.
 set -euo pipefail
 cd "$(dirname "$0")/../.."

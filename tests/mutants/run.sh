@@ -2,7 +2,7 @@
 # Mutation test: run.sh PART [ARGUMENT ...] changes each operator and each result of a part in turn,
 # and runs the tests of its package. Parts: control (the control step), application (application and
 # protections of the firmware), canopen (communication), cia402 (drive profile), slcan. Prints the
-# share that the tests notice, and each survivor that accepted.txt does not list. Takes an hour and
+# share that the tests detect, and each survivor that accepted.txt does not list. Takes an hour and
 # more on one processor; not part of CI. Needs `cargo install cargo-mutants --locked`, of which 27.1.0
 # was used. Further arguments go to cargo-mutants: `--iterate` repeats the survivors only, `--shard 1/8`
 # tests an eighth. A test that takes longer than MUTANTS_TIMEOUT_S, 20 without it, does not end.
@@ -51,7 +51,7 @@ CARGO_INCREMENTAL=1 CARGO_PROFILE_DEV_DEBUG=none nice cargo mutants --package "$
     --cargo-arg="profile.dev.package.$package.opt-level=1" "${tests[@]}" "$@" || true
 
 caught=$(wc -l <"$out/mutants.out/caught.txt") missed=$(wc -l <"$out/mutants.out/missed.txt")
-echo "$caught of $((caught + missed)) are noticed; not accepted:"
+echo "$caught of $((caught + missed)) are detected; not accepted:"
 # Without line numbers, which change with the file.
 sed "s/^$package\/src\///; s/:[0-9]*:[0-9]*:/:/" "$out/mutants.out/missed.txt" | while read -r mutant; do
     grep -qF "$mutant |" tests/mutants/accepted.txt || echo "$mutant"

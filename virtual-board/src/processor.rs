@@ -1,7 +1,7 @@
 //! Observation of the emulated core: its registers, its memory and its accesses to the bus.
 //!
-//! An [`Observer`] runs the core in place of the emulator, so that it sees the core before and
-//! after each stretch of instructions, and every access to a peripheral through a bus of its own.
+//! An [`Observer`] runs the core in place of the emulator, so that it inspects the core before and
+//! after each stretch of instructions, and every access to a peripheral through its own bus.
 
 mod layer;
 
@@ -76,7 +76,7 @@ impl Memory {
     ///
     /// # Safety
     /// As [`Processor::map`]: `host` is valid for reads of `length` bytes as long as this value
-    /// lives, and nothing writes them while a method of this value runs.
+    /// exists, and nothing writes them while a method of this value runs.
     pub(crate) unsafe fn map(&mut self, start: u64, length: u64, host: *mut u8, writable: bool) {
         self.regions.push(Region {
             start,
@@ -89,11 +89,11 @@ impl Memory {
     /// Has a core map all regions.
     ///
     /// # Safety
-    /// As [`Self::map`], as long as this core lives or maps other memory in their place.
+    /// As [`Self::map`], as long as this core exists or maps other memory in their place.
     pub(crate) unsafe fn map_for(&self, core: &mut dyn Processor) {
         for region in &self.regions {
             let host = std::ptr::with_exposed_provenance_mut(region.host);
-            // SAFETY: the caller's promise is the one that `map` asks for.
+            // SAFETY: the caller's promise is that of `map`.
             unsafe {
                 core.map(region.start, region.length as u64, host, region.is_writable);
             }
@@ -152,7 +152,7 @@ mod tests {
     fn a_range_is_read_within_a_region_and_not_beyond_it() {
         let mut bytes = [1_u8, 2, 3, 4];
         let mut memory = Memory::default();
-        // SAFETY: `bytes` lives as long as `memory` and is not written.
+        // SAFETY: `bytes` exists as long as `memory` and is not written.
         unsafe { memory.map(0x2000_0000, 4, bytes.as_mut_ptr(), true) };
         let mut found = [0; 2];
         assert!(memory.copy(0x2000_0001, &mut found));

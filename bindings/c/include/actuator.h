@@ -195,7 +195,7 @@ struct actuator_parameter {
    */
   char name[32];
   /**
-   * The symbol of the paper; empty if there is none.
+   * The symbol of the paper; empty if it has none.
    */
   char symbol[16];
   /**
@@ -448,7 +448,7 @@ enum actuator_error actuator_advance_to(struct actuator *actuator,
  * `enum actuator_input`, in its unit.
  *
  * Sampling and delay of the test set-up apply to every input. A change of the input takes effect
- * at once: its first value is also its past.
+ * immediately: its first value is also its past.
  */
 enum actuator_error actuator_drive(struct actuator *actuator,
                                    int32_t input,

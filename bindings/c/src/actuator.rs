@@ -207,7 +207,7 @@ pub unsafe extern "C" fn actuator_advance_to(
 /// `enum actuator_input`, in its unit.
 ///
 /// Sampling and delay of the test set-up apply to every input. A change of the input takes effect
-/// at once: its first value is also its past.
+/// immediately: its first value is also its past.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn actuator_drive(
     actuator: *mut Actuator,

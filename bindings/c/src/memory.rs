@@ -99,7 +99,7 @@ pub unsafe fn fill_with_tail<H: Holds, E: From<Code>>(
     Ok(())
 }
 
-/// Bytes of a value that is followed by so many doubles.
+/// Bytes of a value that is followed by this number of doubles.
 pub const fn size_with_tail<H: Holds>(tail: usize) -> usize {
     const { assert!(size_of::<Marked<H::Value>>().is_multiple_of(size_of::<f64>())) };
     size_of::<Marked<H::Value>>() + tail * size_of::<f64>()
@@ -155,7 +155,7 @@ pub unsafe fn change<'a, H: Holds>(memory: *mut H) -> Result<&'a mut H::Value, C
 /// The value in the caller's memory and the doubles behind it, to be changed.
 ///
 /// # Safety
-/// As [`change`]; `tail` returns the number of doubles that [`fill_with_tail`] was told.
+/// As [`change`]; `tail` returns the number of doubles that was passed to [`fill_with_tail`].
 pub unsafe fn change_with_tail<'a, H: Holds>(
     memory: *mut H,
     tail: impl FnOnce(&H::Value) -> usize,

@@ -46,7 +46,7 @@ pub struct Parameter {
     pub max: f64,
     /// Its name.
     pub name: [c_char; 32],
-    /// The symbol of the paper; empty if there is none.
+    /// The symbol of the paper; empty if it has none.
     pub symbol: [c_char; 16],
     /// Its unit.
     pub unit: [c_char; 16],

@@ -165,7 +165,7 @@ fn misuse_gives_error_codes_and_no_crash() {
 }
 
 #[test]
-fn a_long_step_tells_its_progress_is_interrupted_and_gives_the_same_bits() {
+fn a_long_step_reports_its_progress_is_interrupted_and_gives_the_same_bits() {
     let folder = tempfile::tempdir().unwrap();
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/interrupt.c");
     run(&compile(folder.path(), &source), &[], "");

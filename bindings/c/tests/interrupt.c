@@ -1,4 +1,4 @@
-/* A long step tells its progress, ends within 0.2 s of an interrupt, and gives the same bits as one
+/* A long step reports its progress, ends within 0.2 s of an interrupt, and gives the same bits as one
  * that is not watched. */
 #define _POSIX_C_SOURCE 199309L
 #include "actuator.h"

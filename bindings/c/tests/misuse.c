@@ -1,4 +1,4 @@
-/* Every misuse by a caller gives the error code that the header documents. */
+/* Every misuse by a caller returns the error code that the header documents. */
 #include "actuator.h"
 #include "expect.h"
 

@@ -48,7 +48,7 @@ def target(start, time_s):
     return start + RADIUS_M * np.array([0.0, np.sin(phase), np.cos(phase) - 1.0])
 
 
-def follow(plan, jacobian, joints, wanted):
+def follow(plan, jacobian, joints, target_xyz):
     """Joint angles nearer to a place of the tip: damped least squares, without servos."""
     plan_model, plan_data = plan
     for _ in range(5):
@@ -56,7 +56,7 @@ def follow(plan, jacobian, joints, wanted):
         mujoco.mj_kinematics(plan_model, plan_data)
         mujoco.mj_comPos(plan_model, plan_data)
         mujoco.mj_jacSite(plan_model, plan_data, jacobian, None, 0)
-        error = wanted - plan_data.site_xpos[0]
+        error = target_xyz - plan_data.site_xpos[0]
         damped = jacobian @ jacobian.T + 1e-6 * np.eye(3)
         joints = joints + jacobian.T @ np.linalg.solve(damped, error)
     return joints
@@ -75,13 +75,13 @@ def main():
     start, jacobian = data.site_xpos[0].copy(), np.zeros((3, 6))
     rows = []
     for step in range(round(SECONDS / arm.opt.timestep)):
-        wanted = target(start, data.time)
+        target_xyz = target(start, data.time)
         # The host of the paper commands every 20 ms.
         if step % 20 == 0:
-            joints = follow((arm, plan), jacobian, joints, wanted)
+            joints = follow((arm, plan), jacobian, joints, target_xyz)
             data.ctrl[:] = joints
         mujoco.mj_step(arm, data)
-        rows.append(np.r_[data.time, wanted, data.site_xpos[0], data.actuator_force])
+        rows.append(np.r_[data.time, target_xyz, data.site_xpos[0], data.actuator_force])
     rows = np.array(rows)
     error_mm = 1e3 * np.linalg.norm(rows[:, 1:4] - rows[:, 4:7], axis=1)
     figure, axes = plt.subplots(1, 2, figsize=(9, 4), layout="constrained")

@@ -12,7 +12,7 @@
  * which MuJoCo's integrators evaluate forces. With torques or accelerations of the step before, the
  * light links of an arm oscillate on their shafts.
  *
- * Servos whose load does not act on them demand accelerations whatever the torques are. If such
+ * Servos whose load does not act on them demand accelerations for any torques. If such
  * servos move all degrees of freedom, their torques follow from the equations of motion,
  * F = M a - f, without the inverse.
  */
@@ -33,7 +33,7 @@ struct coupled_joint {
     double torque;
     /* The acceleration that the servo demands. */
     double acceleration;
-    /* Written by coupling_demand: the torque of the servo that gives it, Nm. */
+    /* Written by coupling_demand: the torque of the servo, Nm. */
     double servo;
 };
 

@@ -4,7 +4,7 @@
  * A servo is an actuator of the C library whose load is a joint of MuJoCo. Before each step of
  * MuJoCo the library computes where the load will be at the end of it, under the torque and the
  * inertia that act at the joint, and the force of the actuator is the one that moves the joint
- * there (coupling.c). Whatever else moves the joint meanwhile, such as a contact, is returned to
+ * there (coupling.c). Any other motion of the joint, such as by a contact, is returned to
  * the library before the next step as a motion and an impulse of the load.
  */
 #ifndef SERVO_H
@@ -34,7 +34,7 @@ struct servo_config {
     double stiffness;
 };
 
-/* Where a servo stands in a model. */
+/* Addresses of a servo in a model. */
 struct servo_place {
     /* Its control and the output of its actuator. */
     int control;

@@ -21,7 +21,7 @@ enum servo_state {
     SERVO_RATE,
     /* Torque of the servo's shaft on the joint, Nm. */
     SERVO_SHAFT,
-    /* Torque and inertia that the servo was told, at its shaft, Nm and kg m^2. */
+    /* Torque and inertia that were set in the servo, at its shaft, Nm and kg m^2. */
     SERVO_TORQUE,
     SERVO_INERTIA,
     /* Torque of MuJoCo's constraints on the joint in the last step, Nm. */
@@ -54,7 +54,7 @@ struct servos {
     struct servo *servo;
     struct coupled_joint *joints;
     mjtNum *memory;
-    /* Whether they move all degrees of freedom, whatever acts on these. */
+    /* Whether they determine the motion of all degrees of freedom. */
     int moves_all;
     /* Whether the length of the step was checked. */
     int is_checked;

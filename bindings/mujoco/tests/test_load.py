@@ -100,7 +100,7 @@ def test_an_arm_that_hits_the_floor_stays_where_it_is():
     assert data.actuator_force == pytest.approx(np.clip(data.actuator_force, -2, 2))
 
 
-def test_a_step_that_is_too_long_for_an_arm_is_told(capfd):
+def test_a_step_that_is_too_long_for_an_arm_is_reported(capfd):
     model = arm(timestep=0.004)
     mujoco.mj_step(model, mujoco.MjData(model))
     assert "shorten the timestep" in capfd.readouterr().err

@@ -20,7 +20,7 @@ ROUNDS = 5
 
 
 def own():
-    """Simulated seconds per second with a command of its own for each actuator in each step."""
+    """Simulated seconds per second with its own command for each actuator in each step."""
     spread = np.linspace(0.9, 1.1, ACTUATORS)
     batch = sa.ActuatorBatch(
         {

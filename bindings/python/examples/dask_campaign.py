@@ -56,7 +56,7 @@ def main():
         f"serial {serial_s:.2f} s, {WORKERS} workers {distributed_s:.2f} s, "
         f"speed-up {serial_s / distributed_s:.2f}"
     )
-    # What the distribution itself costs, whatever else the machine does.
+    # The cost of the distribution itself, independent of other load.
     print(f"processor time: serial {serial_cpu_s:.2f} s, workers {distributed_cpu_s:.2f} s")
 
 

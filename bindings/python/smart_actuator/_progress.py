@@ -16,7 +16,7 @@ Progress = Union[bool, Report]
 
 @contextlib.contextmanager
 def reported(progress: Progress, unit: str) -> Iterator[Optional[Report]]:
-    """The function to call during the work; None where progress is not asked for."""
+    """The function to call during the work; None without a report of progress."""
     if progress is False or progress is None:
         yield None
     elif progress is not True:

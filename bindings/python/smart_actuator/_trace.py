@@ -66,7 +66,7 @@ class Trace(Dict[str, NDArray[np.float64]]):
     @property
     def gradients(self) -> Dict[str, NDArray[np.float64]]:
         """Derivatives of the angle by parameters, in deg per unit of each, that
-        :func:`simulate` was asked for; by ``command_deg`` a column for each command."""
+        :func:`simulate` was called for; by ``command_deg`` a column for each command."""
         return self._gradients
 
     def to_dict(self) -> Dict[str, NDArray[np.float64]]:

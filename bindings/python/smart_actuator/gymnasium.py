@@ -26,7 +26,7 @@ from ._batch import ActuatorBatch
 from ._tables import parameters as parameter_table
 
 Array = NDArray[np.float64]
-#: Draws the parameters of so many actuators.
+#: Draws the parameters of a number of actuators.
 Sampler = Callable[[np.random.Generator, int], Mapping[str, Array]]
 
 _RATE_DEG_S = 1000.0

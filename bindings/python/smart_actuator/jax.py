@@ -36,10 +36,10 @@ def response(
     sensitivity(model, times, np.zeros(len(times)), names, **checked)
 
     def evaluated(
-        commands: NDArray[Any], values: NDArray[Any], wanted: Sequence[str]
+        commands: NDArray[Any], values: NDArray[Any], columns: Sequence[str]
     ) -> tuple[NDArray[np.float64], dict[str, NDArray[np.float64]]]:
         given: dict[str, Any] = {**parameters, **dict(zip(names, map(float, np.asarray(values))))}
-        return sensitivity(model, times, np.asarray(commands), wanted, **given)
+        return sensitivity(model, times, np.asarray(commands), columns, **given)
 
     def angle_of(commands: NDArray[Any], values: NDArray[Any]) -> NDArray[Any]:
         return evaluated(commands, values, [])[0].astype(commands.dtype)
@@ -48,7 +48,7 @@ def response(
         angle, slopes = evaluated(commands, values, [COMMAND, *names])
         columns = [slopes[name] for name in names]
         by_values = np.stack(columns, axis=1) if names else np.zeros((len(times), 0))
-        # As jax has the arguments: single precision unless told otherwise.
+        # As jax has the arguments: single precision by default.
         return tuple(each.astype(commands.dtype) for each in (angle, slopes[COMMAND], by_values))
 
     def shape(commands: Any, *sizes: int) -> Any:

@@ -95,7 +95,7 @@ pub fn monte_carlo<'py>(
     let threads = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let threads = threads.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
     let progress = Arc::new(RunProgress::default());
-    // Runs may differ in length by parameters of the input: that of the first stands for all.
+    // Runs may differ in length by parameters of the input: that of the first is used for all.
     let first = (runs > 0).then(|| campaign.simulation(0));
     let first = first.transpose();
     let first = first.map_err(|error| exception(&error, "run 0: "))?;

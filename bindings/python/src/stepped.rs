@@ -70,7 +70,7 @@ impl Actuator {
         }
     }
 
-    /// Advances by the ticks that `plan` gives for the state, after which the caller is beyond its
+    /// Advances by the ticks that `plan` returns for the state, after which the caller is beyond its
     /// tick by the second number, and checks for an interrupt meanwhile.
     fn run(
         &self,

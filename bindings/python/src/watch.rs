@@ -17,7 +17,7 @@ pub type Report<'py> = Option<Bound<'py, PyAny>>;
 
 /// Runs a job in another thread, without the interpreter lock.
 ///
-/// `progress` gives what is done and the total, for the callback. An interrupt, or an exception of
+/// `progress` returns the finished part and the total, for the callback. An interrupt, or an exception of
 /// the callback, calls `stop` and returns at once: the thread ends at its next check.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
@@ -31,7 +31,7 @@ pub fn run<T: Send + 'static>(
     let job = move || drop(send.send(job()));
     let started = thread::Builder::new().spawn(job);
     started.map_err(|error| PyRuntimeError::new_err(error.to_string()))?;
-    let tell = || match report {
+    let send_progress = || match report {
         Some(report) => report.call1(progress()).map(drop),
         None => Ok(()),
     };
@@ -44,7 +44,7 @@ pub fn run<T: Send + 'static>(
         });
         match received {
             Ok(result) => {
-                tell()?;
+                send_progress()?;
                 return Ok(result);
             }
             Err(RecvTimeoutError::Disconnected) => {
@@ -54,7 +54,7 @@ pub fn run<T: Send + 'static>(
             }
             Err(RecvTimeoutError::Timeout) => {}
         }
-        if let Err(interruption) = py.check_signals().and_then(|()| tell()) {
+        if let Err(interruption) = py.check_signals().and_then(|()| send_progress()) {
             stop();
             return Err(interruption);
         }

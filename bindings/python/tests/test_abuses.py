@@ -276,8 +276,8 @@ def test_an_abuse_is_refused_with_a_reason(seed):
     assert time.monotonic() - began < 5.0
     message = str(raised.value)
     assert 0 < len(message) < 2000, message
-    told = ("expected", name, "cannot read", "No such file", "Is a directory", "not a snapshot")
-    assert any(text in message for text in told), message
+    reasons = ("expected", name, "cannot read", "No such file", "Is a directory", "not a snapshot")
+    assert any(text in message for text in reasons), message
 
 
 def test_without_an_abuse_each_call_succeeds():

@@ -44,7 +44,7 @@ def test_steps_lead_where_the_recorded_run_leads(kind):
 @pytest.mark.parametrize(
     "keep", [copy.copy, copy.deepcopy, lambda servo: pickle.loads(pickle.dumps(servo))]
 )
-def test_a_copy_goes_on_exactly_and_alone(kind, keep):
+def test_a_copy_continues_exactly_and_alone(kind, keep):
     servo = sa.Actuator(**kind)
     moved(servo)
     kept = keep(servo)

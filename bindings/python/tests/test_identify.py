@@ -179,8 +179,8 @@ def test_what_the_package_and_the_program_write_is_the_same_recording(tmp_path):
     import pyarrow
 
     trace = sa.simulate("board", input="3-2-1-1", every=20)
-    wanted = sa.identify(trace, models="black-box-1", starts=1)
-    assert wanted["models"][0]["fit_percent"] > 95.0
+    expected = sa.identify(trace, models="black-box-1", starts=1)
+    assert expected["models"][0]["fit_percent"] > 95.0
     units = {"time_s": ("time_ms", 1e3), "command_deg": ("command_mdeg", 1e3)}
     scaled = {units.get(n, (n, 1))[0]: c * units.get(n, (n, 1))[1] for n, c in trace.items()}
     for same in (
@@ -192,15 +192,15 @@ def test_what_the_package_and_the_program_write_is_the_same_recording(tmp_path):
         trace.to_pandas().to_records(index=False),
         [trace],
     ):
-        assert sa.identify(same, models="black-box-1", starts=1) == wanted, type(same)
+        assert sa.identify(same, models="black-box-1", starts=1) == expected, type(same)
     path = tmp_path / "run.csv"
     trace.to_pandas().to_csv(path, index=False)
     of_file = sa.identify(path, models="black-box-1", starts=1)["models"][0]["parameters"]
     assert [p["estimate"] for p in of_file] == [
-        p["estimate"] for p in wanted["models"][0]["parameters"]
+        p["estimate"] for p in expected["models"][0]["parameters"]
     ]
     close = estimates(sa.identify(scaled, models="black-box-1", starts=1))
-    for name, estimate in estimates(wanted).items():
+    for name, estimate in estimates(expected).items():
         if estimate["estimate"] is not None:
             assert close[name]["estimate"] == pytest.approx(estimate["estimate"], rel=1e-6)
 

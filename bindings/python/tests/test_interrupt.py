@@ -74,27 +74,27 @@ class Enough(Exception):
 
 
 @pytest.mark.parametrize("call", CALLS.values(), ids=CALLS)
-def test_progress_is_told_and_its_exception_ends_the_call(call):
-    told = []
+def test_progress_is_reported_and_its_exception_ends_the_call(call):
+    reports = []
 
     def report(done, total):
-        told.append((done, total))
-        if len(told) == 5:
+        reports.append((done, total))
+        if len(reports) == 5:
             raise Enough
 
     with pytest.raises(Enough):
         call(progress=report)
-    assert told == sorted(told) and all(0 <= done <= total for done, total in told)
+    assert reports == sorted(reports) and all(0 <= done <= total for done, total in reports)
 
 
 def test_the_last_report_is_the_total(capsys):
-    told = []
-    sa.simulate(duration=2.0, progress=lambda *both: told.append(both))
-    assert told[-1] == (2.0, 2.0)
-    sa.monte_carlo({"P": [8.0, 9.0]}, duration=2.0, progress=lambda *both: told.append(both))
-    assert told[-1] == (2.0, 2.0)
+    reports = []
+    sa.simulate(duration=2.0, progress=lambda *both: reports.append(both))
+    assert reports[-1] == (2.0, 2.0)
+    sa.monte_carlo({"P": [8.0, 9.0]}, duration=2.0, progress=lambda *both: reports.append(both))
+    assert reports[-1] == (2.0, 2.0)
     run = sa.simulate(duration=2.0, every=80)
-    sa.identify(run, models="black-box-1", starts=1, progress=lambda *both: told.append(both))
-    assert told[-1] == (1.0, 1.0)
+    sa.identify(run, models="black-box-1", starts=1, progress=lambda *both: reports.append(both))
+    assert reports[-1] == (1.0, 1.0)
     sa.simulate(duration=2.0, progress=True)
     assert " s" in capsys.readouterr().err

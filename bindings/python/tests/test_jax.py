@@ -19,10 +19,10 @@ def test_jax_differentiates_by_commands_and_parameters_through_other_operations(
     from smart_actuator.jax import response
 
     angle = response("grey-box", TIMES, by=["position_gain", "delay_s"])
-    wanted = 10 * np.sin(3 * TIMES)
+    target = 10 * np.sin(3 * TIMES)
 
     def cost(command, values):
-        return jax.numpy.mean((angle(jax.numpy.tanh(command) * 12, values) - wanted) ** 2)
+        return jax.numpy.mean((angle(jax.numpy.tanh(command) * 12, values) - target) ** 2)
 
     command, values = 0.3 * np.cos(2 * TIMES), np.array([7.0, 0.0175])
     slopes = jax.jit(jax.grad(cost, argnums=(0, 1)))(command, values)
@@ -46,8 +46,8 @@ def test_a_descent_finds_the_command_of_a_wanted_motion():
     from smart_actuator.jax import response
 
     angle = response("black-box-1", TIMES, delay_s=0.0)
-    wanted = angle(8 * np.sin(4 * TIMES), np.zeros(0))
-    cost = jax.jit(lambda command: jax.numpy.sum((angle(command, np.zeros(0)) - wanted) ** 2))
+    target = angle(8 * np.sin(4 * TIMES), np.zeros(0))
+    cost = jax.jit(lambda command: jax.numpy.sum((angle(command, np.zeros(0)) - target) ** 2))
     slope, command = jax.jit(jax.grad(cost)), np.zeros(len(TIMES))
     before = float(cost(command))
     # The step of a lag that reaches a third of its command within a sample.

@@ -162,9 +162,9 @@ def test_columns_are_items_and_attributes_with_units():
     assert trace.angle_deg is trace["angle_deg"] and len(trace.time_s) == 100
     assert "angle_deg" in dir(trace) and "100 rows" in repr(trace)
     assert list(trace.to_dict()) == list(trace) == list(trace.units)
-    wanted = {"time_s": "s", "rate_deg_s": "deg/s", "duty_pct": "%", "current_a": "A"}
-    wanted |= {"back_emf_v": "V", "load_torque_nm": "Nm", "command_deg": "deg"}
-    assert all(trace.units[name] == unit for name, unit in wanted.items())
+    expected = {"time_s": "s", "rate_deg_s": "deg/s", "duty_pct": "%", "current_a": "A"}
+    expected |= {"back_emf_v": "V", "load_torque_nm": "Nm", "command_deg": "deg"}
+    assert all(trace.units[name] == unit for name, unit in expected.items())
     assert all(trace.units.values())
     with pytest.raises(KeyError, match="no column 'angle'.*angle_deg"):
         trace["angle"]

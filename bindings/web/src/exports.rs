@@ -7,7 +7,7 @@
 //! The page provides one function, `watch`: its argument is the share of a run that is done, and it
 //! returns 0 to end the run.
 //!
-//! No input whatever traps: numbers are checked where they enter, and all lengths have a bound.
+//! No input traps: numbers are checked where they enter, and all lengths are limited.
 
 #![allow(
     unsafe_code,
@@ -38,7 +38,7 @@ unsafe extern "C" {
     safe fn watch(share: f64) -> i32;
 }
 
-/// Without a page every run goes on.
+/// Without a page no run is cancelled.
 #[cfg(not(target_arch = "wasm32"))]
 fn watch(_share: f64) -> i32 {
     1
@@ -73,7 +73,7 @@ impl Session {
     }
 }
 
-/// A place for a request of so many bytes of UTF-8; null where it is too long.
+/// Memory for a request of this number of bytes of UTF-8; null if it is too long.
 #[cfg_attr(target_arch = "wasm32", unsafe(no_mangle))]
 pub extern "C" fn text_in(len: usize) -> *mut u8 {
     if len > LONGEST_TEXT {
@@ -115,7 +115,7 @@ pub extern "C" fn run() -> i32 {
     })
 }
 
-/// A place for so many commands, deg; null where they are too many.
+/// Memory for this number of commands, deg; null if they are too many.
 #[cfg_attr(target_arch = "wasm32", unsafe(no_mangle))]
 pub extern "C" fn commands_in(count: usize) -> *mut f64 {
     if count as u64 > MOST_ROWS {

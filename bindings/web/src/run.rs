@@ -58,11 +58,11 @@ pub type Watch = fn(share: f64) -> bool;
 /// Ticks between two calls of a [`Watch`], unless the rows are further apart: 0.1 s.
 const WATCH_TICKS: u64 = 2_000;
 
-/// Tells a watch of a row that begins at a tick, if it is due.
+/// Reports a row to a watch, if it is due.
 ///
 /// # Errors
 /// [`Error::Interrupted`].
-fn tell(watch: Watch, row: u64, rows: u64, every: u64) -> Result<(), Error> {
+fn report(watch: Watch, row: u64, rows: u64, every: u64) -> Result<(), Error> {
     // The row is the first one after a multiple of the period.
     let is_due = row > 0 && (row * every) % WATCH_TICKS < every;
     if is_due && !watch(row as f64 / rows as f64) {
@@ -90,7 +90,7 @@ pub fn run(scenario: &Scenario, watch: Watch) -> Result<Trace, Error> {
     let mut trace = Trace::zeros(scenario.rows() as usize);
     for row in 0..trace.rows {
         let start = row as u64 * scenario.run.every;
-        tell(watch, row as u64, trace.rows as u64, scenario.run.every)?;
+        report(watch, row as u64, trace.rows as u64, scenario.run.every)?;
         let command = input.command(start).to_f64();
         trace.put(row, seconds(start), command, &actuator.reading());
         for tick in start..start + scenario.run.every {
@@ -116,7 +116,7 @@ pub fn follow(scenario: &Scenario, commands_deg: &[f64], watch: Watch) -> Result
     let mut trace = Trace::zeros(commands_deg.len());
     for (row, command) in commands_deg.iter().enumerate() {
         let start = row as u64 * scenario.run.every;
-        tell(watch, row as u64, trace.rows as u64, scenario.run.every)?;
+        report(watch, row as u64, trace.rows as u64, scenario.run.every)?;
         trace.put(row, seconds(start), *command, &actuator.reading());
         let moved = actuator.advance(*command, scenario.run.every);
         moved.map_err(|_| Error::Command)?;
@@ -146,21 +146,24 @@ mod tests {
     }
 
     #[test]
-    fn a_run_is_interrupted_and_tells_the_share_that_is_done() {
+    fn a_run_is_interrupted_and_reports_the_share_that_is_done() {
         // Every 0.1 s of 2 s, and every row where these are further apart.
         for (every, shares) in [(20, 19), (2_000, 19), (4_000, 9), (1_500, 19)] {
             let scenario = scenario(&format!("duration_s=2&every={every}"));
             thread_local! {
-                static TOLD: std::cell::RefCell<Vec<f64>> = std::cell::RefCell::default();
+                static SHARES: std::cell::RefCell<Vec<f64>> = std::cell::RefCell::default();
             }
             let all: Watch = |share| {
-                TOLD.with_borrow_mut(|told| told.push(share));
+                SHARES.with_borrow_mut(|shares_done| shares_done.push(share));
                 true
             };
             run(&scenario, all).unwrap();
-            let told = TOLD.take();
-            assert_eq!(told.len(), shares, "{every}");
-            assert!(told.is_sorted() && told.iter().all(|share| (0.0..1.0).contains(share)));
+            let shares_done = SHARES.take();
+            assert_eq!(shares_done.len(), shares, "{every}");
+            assert!(
+                shares_done.is_sorted()
+                    && shares_done.iter().all(|share| (0.0..1.0).contains(share))
+            );
             let until_half: Watch = |share| share < 0.5;
             assert_eq!(run(&scenario, until_half), Err(Error::Interrupted));
             assert_eq!(

@@ -72,12 +72,12 @@ pub struct Model {
     is_off: bool,
     /// Operations since the model was made.
     pub operations: u64,
-    /// How the last operation that nobody waits for has ended, and for how many polls it goes on.
+    /// Result of the last operation without a wait, and for how many polls it continues.
     ended: Result<(), FlashError>,
     busy: u8,
 }
 
-/// Polls for which an operation goes on.
+/// Polls for which an operation continues.
 const BUSY: u8 = 2;
 
 impl Model {
@@ -104,7 +104,7 @@ impl Model {
         self.bytes[at..at + content.len()].copy_from_slice(content);
     }
 
-    /// Cuts the supply in the operation after so many others.
+    /// Cuts the supply in the operation after this number of others.
     pub fn cut_after(&mut self, operations: u64, progress: Progress) {
         self.cut = Some((operations, progress));
         if let Progress::Partial(seed) | Progress::Nearly(seed) = progress {

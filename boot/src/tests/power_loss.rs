@@ -21,7 +21,7 @@ const FIRST_CUTS: [Progress; 3] = [Progress::None, Progress::Partial(1), Progres
 /// Of the second cut.
 const SECOND_CUT: Progress = Progress::Partial(3);
 
-/// Runs an update to its end after the cuts that were made; the last of them is told with an error.
+/// Runs an update to its end after the cuts that were made; an error names the last of them.
 fn finish(update: &Update, mut flash: Model) -> Result<(), String> {
     let has_ended = update.run(&mut flash)?;
     assert!(has_ended, "no further cut was planned");
@@ -58,14 +58,14 @@ fn cut_again(update: &Update, after: &Model) -> Result<u64, (String, String)> {
     finish(update, after.clone()).map_err(|error| ("no second cut".into(), error))?;
     let mut states = 1;
     for second in 0.. {
-        let told = |error| (format!("then in {second} ({SECOND_CUT:?})"), error);
+        let with_cut = |error| (format!("then in {second} ({SECOND_CUT:?})"), error);
         let mut flash = after.clone();
         flash.cut_after(second, SECOND_CUT);
-        update.run(&mut flash).map_err(told)?;
+        update.run(&mut flash).map_err(with_cut)?;
         if flash.awaits_cut() {
             return Ok(states);
         }
-        finish(update, flash).map_err(told)?;
+        finish(update, flash).map_err(with_cut)?;
         states += 1;
     }
     Ok(states)

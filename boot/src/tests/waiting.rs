@@ -45,7 +45,7 @@ impl<'a> Bus<'a> {
     }
 
     /// Sends a request and returns the response.
-    fn ask(&mut self, data: [u8; 8]) -> Vec<u8> {
+    fn request(&mut self, data: [u8; 8]) -> Vec<u8> {
         self.send(data);
         self.node.tick(1000, &mut self.board);
         let answer: CanFrame = self.node.transmit(&mut self.board).expect("a response");
@@ -55,14 +55,14 @@ impl<'a> Bus<'a> {
 
     fn read(&mut self, index: u16, sub: u8) -> u32 {
         let [low, high] = index.to_le_bytes();
-        let answer = self.ask([0x40, low, high, sub, 0, 0, 0, 0]);
+        let answer = self.request([0x40, low, high, sub, 0, 0, 0, 0]);
         u32::from_le_bytes(answer[4..].try_into().expect("four bytes"))
     }
 
     /// Downloads by blocks; returns the last response.
     fn download(&mut self, content: &[u8]) -> Vec<u8> {
         let [a, b, c, d] = (content.len() as u32).to_le_bytes();
-        let begun = self.ask([0xc2, 0x50, 0x1f, 1, a, b, c, d]);
+        let begun = self.request([0xc2, 0x50, 0x1f, 1, a, b, c, d]);
         if begun[0] != 0xa4 {
             return begun;
         }
@@ -73,13 +73,13 @@ impl<'a> Bus<'a> {
             data[0] = (number % 127 + 1) as u8 | if is_last { 0x80 } else { 0 };
             data[1..=segment.len()].copy_from_slice(segment);
             if is_last || number % 127 == 126 {
-                assert_eq!(self.ask(data)[0], 0xa2);
+                assert_eq!(self.request(data)[0], 0xa2);
             } else {
                 self.send(data);
             }
         }
         let unused = (segments * 7 - content.len()) as u8;
-        self.ask([0xc1 | unused << 2, 0, 0, 0, 0, 0, 0, 0])
+        self.request([0xc1 | unused << 2, 0, 0, 0, 0, 0, 0, 0])
     }
 }
 
@@ -145,12 +145,12 @@ fn an_empty_board_takes_an_image_and_starts_it() {
     assert_eq!(bus.read(0x1018, 2), HARDWARE);
     assert_eq!(bus.read(0x1018, 4), 77);
     assert_eq!(bus.read(0x1f51, 1) & 0xff, 0);
-    assert_eq!(bus.ask(START)[0], 0x80, "there is nothing to start");
+    assert_eq!(bus.request(START)[0], 0x80, "there is nothing to start");
     assert_eq!(bus.download(&image(1))[0], 0xa1);
     assert_eq!(bus.read(0x1f57, 1), 0);
     assert_ne!(bus.read(0x1f56, 1), 0);
     assert!(!bus.board.is_requested());
-    assert_eq!(bus.ask(START)[0], 0x60);
+    assert_eq!(bus.request(START)[0], 0x60);
     assert!(bus.board.is_requested());
     let decision = bootloader(&mut flash).start(Cause::Restart);
     assert_eq!(decision, Decision::Run { is_trial: true });
@@ -163,7 +163,7 @@ fn a_download_that_was_broken_off_continues_at_its_last_whole_word() {
         let mut flash = Model::new();
         let mut bus = Bus::new(&mut flash);
         let [a, b, c, d] = (image.len() as u32).to_le_bytes();
-        assert_eq!(bus.ask([0xc2, 0x50, 0x1f, 1, a, b, c, d])[0], 0xa4);
+        assert_eq!(bus.request([0xc2, 0x50, 0x1f, 1, a, b, c, d])[0], 0xa4);
         for (number, segment) in image.chunks(7).take(segments).enumerate() {
             let mut data = [0; 8];
             data[0] = number as u8 + 1;
@@ -173,16 +173,16 @@ fn a_download_that_was_broken_off_continues_at_its_last_whole_word() {
         bus.send([0x80, 0x50, 0x1f, 1, 0, 0, 0, 0]);
         let written = bus.read(0x2104, 2);
         assert_eq!(written as usize, (7 * segments) & !3);
-        assert_eq!(bus.ask(START)[0], 0x80, "it is not whole");
+        assert_eq!(bus.request(START)[0], 0x80, "it is not whole");
         let [a, b, c, d] = written.to_le_bytes();
-        let continued = bus.ask([0x23, 0x04, 0x21, 3, a, b, c, d]);
+        let continued = bus.request([0x23, 0x04, 0x21, 3, a, b, c, d]);
         let has_header = written >= 512;
         assert_eq!(continued[0], if has_header { 0x60 } else { 0x80 });
         assert_eq!(bus.read(0x2104, 1) != 0, has_header);
         let from = if has_header { written as usize } else { 0 };
         assert_eq!(bus.download(&image[from..])[0], 0xa1, "{segments}");
         assert_eq!(bus.read(0x2104, 2) as usize, image.len());
-        assert_eq!(bus.ask(START)[0], 0x60);
+        assert_eq!(bus.request(START)[0], 0x60);
     }
 }
 
@@ -192,7 +192,7 @@ fn the_beginning_of_an_image_is_not_completed_by_other_bytes() {
     let mut bus = Bus::new(&mut flash);
     let content = image(1);
     let [a, b, c, d] = (content.len() as u32).to_le_bytes();
-    bus.ask([0xc2, 0x50, 0x1f, 1, a, b, c, d]);
+    bus.request([0xc2, 0x50, 0x1f, 1, a, b, c, d]);
     for (number, segment) in content.chunks(7).take(80).enumerate() {
         let mut data = [0; 8];
         data[0] = number as u8 + 1;
@@ -200,24 +200,24 @@ fn the_beginning_of_an_image_is_not_completed_by_other_bytes() {
         bus.send(data);
     }
     bus.send([0x80, 0x50, 0x1f, 1, 0, 0, 0, 0]);
-    assert_eq!(bus.ask([0x23, 0x04, 0x21, 3, 0x30, 2, 0, 0])[0], 0x60);
+    assert_eq!(bus.request([0x23, 0x04, 0x21, 3, 0x30, 2, 0, 0])[0], 0x60);
     let mut rest = content[560..].to_vec();
     rest[9] ^= 1;
     assert_eq!(bus.download(&rest)[0], 0x80);
     assert_eq!(bus.read(0x1f57, 1), 1 << 1);
     assert_eq!((bus.read(0x2104, 1), bus.read(0x2104, 2)), (0, 0));
-    assert_eq!(bus.ask(START)[0], 0x80);
+    assert_eq!(bus.request(START)[0], 0x80);
 }
 
 #[test]
-fn an_image_that_does_not_fit_is_told_in_the_flash_status() {
+fn an_image_that_does_not_fit_is_reported_in_the_flash_status() {
     let mut flash = Model::new();
     let mut bus = Bus::new(&mut flash);
     let mut damaged = image(1);
     damaged[530] ^= 4;
     assert_eq!(bus.download(&damaged)[0], 0x80);
     assert_eq!(bus.read(0x1f57, 1), 1 << 1);
-    assert_eq!(bus.ask(START)[0], 0x80);
+    assert_eq!(bus.request(START)[0], 0x80);
     assert_eq!(bus.download(&vec![0; 769])[0], 0x80, "longer than the slot");
     assert_eq!(
         bus.download(&image(1))[0],

@@ -84,8 +84,8 @@ impl Link for VirtualLink {
 
     fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
         if self.received.is_empty() {
-            let asked = self.requests.send(Request::Wait(timeout));
-            asked.map_err(|_| ended())?;
+            let sent = self.requests.send(Request::Wait(timeout));
+            sent.map_err(|_| ended())?;
             self.received = self.frames.recv().map_err(|_| ended())?.into();
         }
         Ok(self.received.pop_front())
@@ -166,7 +166,7 @@ mod tests {
     fn a_pause_without_an_end_leaves_the_board_alone_until_the_run_ends() {
         let (mut link, _requests, board) = connect();
         let pausing = std::thread::spawn(move || link.pause(Duration::MAX));
-        // Nothing but this request: the client asks for no frame that it would discard.
+        // Only this request: the client requests no frame that it would discard.
         assert!(matches!(board.requests.recv(), Ok(Request::Leave)));
         drop(board);
         let ended = pausing

@@ -77,8 +77,8 @@ impl Move {
         client.enable(1)?;
         client.move_to(target_mdeg)?;
         if !self.no_wait {
-            let wanted = "expected the angle to be reached";
-            let status = client.wait(within, wanted, |status| {
+            let expected = "expected the angle to be reached";
+            let status = client.wait(within, expected, |status| {
                 status & statusword::TARGET_REACHED != 0
             })?;
             if status & statusword::INTERNAL_LIMIT != 0 {

@@ -1,6 +1,6 @@
 //! Emulated actuator boards and the emulated communication board on one CAN bus, in real time.
 //!
-//! Each board runs its ELF in a thread of its own; the bus connects them. Clients use the serial
+//! Each board runs its ELF in its own thread; the bus connects them. Clients use the serial
 //! line of the communication board, which has one client at a time.
 
 mod transport;

@@ -15,7 +15,7 @@ pub fn table(designs: &[Designed], best: Option<usize>) -> Table {
     let names = names.iter().map(|p: &Predicted| (p.name, "%"));
     let columns: Vec<(&str, &str)> = columns.into_iter().chain(names).chain([("", "")]).collect();
     let caption = "Predicted standard errors, as shares of the expected values. A dash: the input does \
-        not tell it, or the value is usually zero and within its error.";
+        not determine it, or the value is usually zero and within its error.";
     let mut table = Table::new(caption, &columns);
     for (index, design) in designs.iter().enumerate() {
         let prediction = &design.prediction;
@@ -37,18 +37,18 @@ pub fn table(designs: &[Designed], best: Option<usize>) -> Table {
 /// The best input as text.
 pub fn verdict(design: &Designed) -> String {
     let prediction = &design.prediction;
-    let (told, all) = (prediction.identified(), prediction.parameters.len());
-    let untold = prediction
+    let (identified, all) = (prediction.identified(), prediction.parameters.len());
+    let others = prediction
         .parameters
         .iter()
         .filter(|p| p.standard_error.is_none());
-    let untold: Vec<&str> = untold.map(|p| p.name).collect();
-    let more = match untold.is_empty() {
+    let others: Vec<&str> = others.map(|p| p.name).collect();
+    let more = match others.is_empty() {
         true => String::new(),
-        false => format!(" It does not tell {}.", untold.join(", ")),
+        false => format!(" It does not determine {}.", others.join(", ")),
     };
     format!(
-        "{} of {:.2} deg tells {told} of {all} parameters, the worst to {:.3} %; the angle reaches \
+        "{} of {:.2} deg determines {identified} of {all} parameters, the worst to {:.3} %; the angle reaches \
          {:.1} deg.{more}\n{}",
         design.input.name(),
         design.amplitude_deg,

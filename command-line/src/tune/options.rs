@@ -150,19 +150,19 @@ impl TuneOptions {
         if self.timing != Timing::default() {
             return Ok(None);
         }
-        let mut wanted = self.board;
-        wanted.control = tuning.control;
+        let mut tuned = self.board;
+        tuned.control = tuning.control;
         let (upward, downward) = directions(&self.board);
         if self.motor != upward && self.motor != downward {
-            wanted.first_order.motor_gain_up = self.motor.motor_gain;
-            wanted.first_order.motor_gain_down = self.motor.motor_gain;
-            wanted.first_order.motor_time_constant_s = self.motor.motor_time_constant_s;
+            tuned.first_order.motor_gain_up = self.motor.motor_gain;
+            tuned.first_order.motor_gain_down = self.motor.motor_gain;
+            tuned.first_order.motor_time_constant_s = self.motor.motor_time_constant_s;
         }
         let mut command = String::from("actuator simulate board");
         if let Some(preset) = &self.preset {
             command += &format!(" --preset {preset}");
         }
-        for (name, value) in changes(&self.board, &wanted) {
+        for (name, value) in changes(&self.board, &tuned) {
             command += &format!(" --set {name}={value}");
         }
         Ok(Some(command))

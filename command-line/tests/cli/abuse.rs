@@ -125,24 +125,24 @@ fn each_abuse_is_refused_with_a_reason_and_leaves_nothing() {
             }
         }
         let mut run = cli.actuator("");
-        // An abuse that is taken may serve or simulate for ever.
+        // An abuse that is not refused may serve or simulate without end.
         run.timeout(LONGEST);
         let output = run.args(&arguments).output().expect("it runs");
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
-        let told = format!("{arguments:?}\n{error}");
-        assert!(matches!(output.status.code(), Some(1 | 2)), "{told}");
+        let context = format!("{arguments:?}\n{error}");
+        assert!(matches!(output.status.code(), Some(1 | 2)), "{context}");
         assert!(
             error.lines().any(|line| line.starts_with("error: ")),
-            "{told}"
+            "{context}"
         );
-        assert!(!error.contains("panicked"), "{told}");
-        assert!(output.stdout.is_empty(), "{told}");
+        assert!(!error.contains("panicked"), "{context}");
+        assert!(output.stdout.is_empty(), "{context}");
         let value = refused[refused.len() - 1];
         let words = option.trim_start_matches('-').replace('-', " ");
         let names = [option, &words, value, "expected", "a value is required for"];
         let is_named = |name: &&str| !name.is_empty() && error.contains(*name);
-        assert!(names.iter().any(is_named), "{told}");
-        assert_eq!(files(&cli), before, "{told}");
+        assert!(names.iter().any(is_named), "{context}");
+        assert_eq!(files(&cli), before, "{context}");
     }
 }
 

@@ -199,9 +199,12 @@ fn a_recording_as_json_has_one_object_per_line_with_the_columns_of_the_file() {
     let samples: Vec<_> = lines.lines().map(parse).collect();
     assert!(samples.len() > 10, "{}", samples.len());
     assert!(samples.iter().all(|sample| sample["time_s"].is_number()));
-    let told = parse(&served.text("record --for 0.2 --json --out run.csv"));
+    let answer = parse(&served.text("record --for 0.2 --json --out run.csv"));
     let csv = served.cli.read("run.csv");
-    assert_eq!(told["rows"].as_u64(), Some(csv.lines().count() as u64 - 1));
+    assert_eq!(
+        answer["rows"].as_u64(),
+        Some(csv.lines().count() as u64 - 1)
+    );
     let names: Vec<_> = csv.lines().next().expect("a header").split(',').collect();
     let keys = samples[0].as_object().expect("an object");
     assert_eq!(keys.len(), names.len());

@@ -24,7 +24,7 @@ struct Debugger {
 
 impl Debugger {
     /// Sends a packet and returns the response.
-    fn ask(&mut self, packet: &str) -> String {
+    fn request(&mut self, packet: &str) -> String {
         let sum = packet.bytes().fold(0u8, u8::wrapping_add);
         let sent = format!("${packet}#{sum:02x}");
         let stream = self.stream.get_mut();
@@ -70,20 +70,20 @@ fn board(seconds: &str) -> (Child, BufReader<std::process::ChildStderr>, Debugge
 #[test]
 fn a_debugger_stops_the_board_in_its_control_step_reads_it_and_continues_it() {
     let (mut child, mut said, mut debugger) = board("0.1");
-    assert!(debugger.ask("?").starts_with(['S', 'T']));
-    let vector = debugger.ask(&format!("m{:x},4", control_vector()));
+    assert!(debugger.request("?").starts_with(['S', 'T']));
+    let vector = debugger.request(&format!("m{:x},4", control_vector()));
     // The lowest bit marks Thumb code.
     let handler = Debugger::word(&vector) & !1;
-    assert_eq!(debugger.ask(&format!("Z1,{handler:x},2")), "OK");
+    assert_eq!(debugger.request(&format!("Z1,{handler:x},2")), "OK");
     for _ in 0..2 {
-        assert!(debugger.ask("c").starts_with(['S', 'T']));
+        assert!(debugger.request("c").starts_with(['S', 'T']));
         // Sixteen registers of eight digits; the last is the program counter.
-        let registers = debugger.ask("g");
+        let registers = debugger.request("g");
         let counter = registers.get(15 * 8..16 * 8).expect("16 registers");
         assert_eq!(Debugger::word(counter), handler);
     }
-    assert_eq!(debugger.ask(&format!("z1,{handler:x},2")), "OK");
-    assert_eq!(debugger.ask("D"), "OK");
+    assert_eq!(debugger.request(&format!("z1,{handler:x},2")), "OK");
+    assert_eq!(debugger.request("D"), "OK");
     let mut rest = String::new();
     said.read_to_string(&mut rest).expect("its words");
     assert!(child.wait().expect("it ends").success(), "{rest}");

@@ -1,4 +1,4 @@
-//! The server beside clients that misbehave.
+//! The server with clients that misbehave.
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -85,7 +85,7 @@ fn eight_floods_at_once_delay_no_actuator_and_take_no_memory() {
     let served = Served::new(&["--nodes", "2"]);
     let sdo = b"t60184041600000000000\r";
     let nonsense = [b'x'; 100];
-    // Frames for nobody, requests that are answered, a command with an answer three times as long,
+    // Frames without a receiver, requests that are answered, a command with an answer three times as long,
     // and a line without end: each by a client that reads and by one that does not.
     let texts: [&[u8]; 4] = [b"t70181122334455667788\r", sdo, b"V\r", &nonsense];
     let stop = AtomicBool::new(false);
@@ -116,7 +116,7 @@ fn eight_floods_at_once_delay_no_actuator_and_take_no_memory() {
 }
 
 #[test]
-fn a_client_that_does_not_read_is_told_of_its_loss() {
+fn the_losses_of_a_client_that_does_not_read_are_reported_to_it() {
     let served = Served::new(&[]);
     let mut slow = connect(&served);
     slow.write_all(b"O\r").expect("it is open");
@@ -165,7 +165,7 @@ fn running_out_of_descriptors_ends_no_connection_and_passes() {
 }
 
 #[test]
-fn more_clients_than_are_accepted_are_refused_and_disturb_nobody() {
+fn more_clients_than_are_accepted_are_refused_and_do_not_disturb_others() {
     let served = Served::new(&[]);
     let most = host_sim::can::server::CLIENTS_MAX;
     let clients: Vec<_> = (0..most).map(|_| connect(&served)).collect();

@@ -39,7 +39,7 @@ impl Served {
         let bus = line
             .split([' ', ','])
             .find(|word| word.contains(':') && word.contains("127.0.0.1"));
-        let bus = bus.expect("the line tells the address").to_owned();
+        let bus = bus.expect("the line contains the address").to_owned();
         Self { process, bus, cli }
     }
 

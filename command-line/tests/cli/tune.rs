@@ -194,7 +194,7 @@ fn unreachable_targets_are_refused_with_the_greatest_possible_value() {
         ),
         (
             "--inner-bandwidth 2000",
-            "the request asks for a gain that the board does not take: position_gain is",
+            "the request requires a gain that the board does not accept: position_gain is",
         ),
         ("--bandwidth 2 --inner-bandwidth 20", "cannot be used with"),
         (

@@ -86,7 +86,7 @@ fn read<B: Bus>(
 /// Duties of the bridge in its check: too little for the motor to turn.
 const DUTIES: [Percent; 2] = [percent(5.0), percent(-5.0)];
 
-/// Checks the bridge, whose timer stands or runs. `trip` has the break act as the comparator does,
+/// Checks the bridge, with its timer stopped or running. `trip` sets the break as the comparator does,
 /// for a moment.
 ///
 /// # Errors

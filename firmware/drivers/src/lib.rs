@@ -7,7 +7,7 @@
 //! - [`encoder`]: the AS5045, over `embedded_hal::spi::SpiDevice`, or over a transfer that
 //!   interrupts at its end, with `embedded_hal::digital::OutputPin` as chip select
 //! - [`bridge`]: the H-bridge with its trip, over [`bridge::PwmTimer`], as
-//!   `embedded_hal::pwm::SetDutyCycle` knows neither a trip nor an output that is off
+//!   `embedded_hal::pwm::SetDutyCycle` has neither a trip nor an output that is off
 //! - [`can`]: the CAN controller and its queues, over [`can::CanPort`], which [`can::NbCan`] makes
 //!   an `embedded_can::nb::Can`
 //! - [`store`]: the flash of the parameters, over `embedded_storage::nor_flash::NorFlash`, or over

@@ -109,7 +109,6 @@ impl Design {
             rails: rows("rails.csv", include_str!("../data/rails.csv"))?,
             functions: rows("functions.csv", include_str!("../data/functions.csv"))?,
             connectors: rows("connectors.csv", include_str!("../data/connectors.csv"))?,
-            data_sheets: rows("data_sheets.csv", include_str!("../data/data_sheets.csv"))?,
         };
         let is_invalid = |pin: &&crate::ProcessorPin| parse_pin(&pin.pin).is_none();
         match design.processor.iter().find(is_invalid) {

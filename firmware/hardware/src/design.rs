@@ -1,8 +1,6 @@
 //! The design, and what follows from its parts and nets.
 
-use crate::rows::{
-    Connector, DataSheet, Electrical, Figure, Functions, Limit, Part, Pin, ProcessorPin, Rail,
-};
+use crate::rows::{Connector, Electrical, Figure, Functions, Limit, Part, Pin, ProcessorPin, Rail};
 
 /// Type of the processor's board; its pins are those of the Morpho connectors.
 const NUCLEO: &str = "NUCLEO-F429ZI";
@@ -60,7 +58,6 @@ pub struct Design {
     pub(crate) rails: Vec<Rail>,
     pub(crate) functions: Vec<Functions>,
     pub(crate) connectors: Vec<Connector>,
-    pub(crate) data_sheets: Vec<DataSheet>,
 }
 
 impl Design {
@@ -76,14 +73,14 @@ impl Design {
         parts.find(|part| part.designator == designator)
     }
 
-    /// The value of a part; `NaN`, which no check accepts, if there is none.
+    /// The value of a part; `NaN`, which no check accepts, if it does not exist.
     #[must_use]
     pub fn value(&self, designator: &str) -> f64 {
         let part = self.part(designator);
         part.and_then(|part| part.value).unwrap_or(f64::NAN)
     }
 
-    /// A figure of `figures.csv`; `NaN`, which no check accepts, if there is none.
+    /// A figure of `figures.csv`; `NaN`, which no check accepts, if it does not exist.
     #[must_use]
     pub fn figure(&self, of: &str, figure: &str) -> f64 {
         let mut figures = self.figures.iter();
@@ -180,7 +177,7 @@ impl Design {
         }
     }
 
-    /// The voltages of a net, if it is a supply or has a range of its own.
+    /// The voltages of a net, if it is a supply or has its own range.
     #[must_use]
     pub fn range(&self, board: &str, name: &str) -> Option<Range> {
         let mut rails = self.rails.iter();

@@ -1,4 +1,4 @@
-//! What the program and the model must know of the circuit: gains, dividers, thresholds.
+//! Figures of the circuit for program and model: gains, dividers, thresholds.
 
 use crate::design::{Design, LOGIC_V};
 

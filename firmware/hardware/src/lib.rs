@@ -4,7 +4,7 @@
 //! [`mod@check`] finds errors of the design: pins that are not connected, supplies out of range,
 //! outputs that oppose each other, measurements that saturate below a limit of the program.
 //! [`mod@write`] generates the tables of `docs/hardware.md`, the schematic, the bill of materials
-//! and the constants of model and firmware, so that each figure stands in one file.
+//! and the constants of model and firmware, so that each figure is in one file.
 
 #![deny(missing_docs)]
 

@@ -186,15 +186,6 @@ pub(crate) struct Connector {
     pub zio: String,
 }
 
-/// A data sheet, of `data_sheets.csv`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub(crate) struct DataSheet {
-    #[serde(rename = "type")]
-    pub kind: String,
-    pub document: String,
-    pub checked: String,
-}
-
 /// A limit of the program, of `firmware/object-dictionary.csv`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limit {

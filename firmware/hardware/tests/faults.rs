@@ -275,9 +275,9 @@ fn a_pin_on_two_nets() {
 
 #[test]
 fn transistors_that_need_more_voltage_at_their_gates() {
-    // The clamp of 9 V reaches 15.4 V; the transistors stand 12 V.
+    // The clamp of 9 V reaches 15.4 V; the transistors withstand 12 V.
     let change = |d: &mut Design| set_kind(d, "D1", "SMAJ9.0A");
-    found(change, Rule::Gates, "Q1 stands 12 V at its gate");
+    found(change, Rule::Gates, "Q1 withstands 12 V at its gate");
 }
 
 #[test]

@@ -48,7 +48,7 @@ fn prepare(elf: &Path, command: &[OsString]) -> Result<Vec<Vec<OsString>>, Strin
     }
     let key = std::env::var_os(KEY).map(PathBuf::from);
     if key.is_none() {
-        eprintln!("signed with the development key, which everybody knows; {KEY} names another");
+        eprintln!("signed with the development key, which is public; {KEY} names another");
     }
     build_boot(key.as_deref())?;
     let image = write_image(elf, key.as_deref()).map_err(|error| error.to_string())?;

@@ -36,7 +36,7 @@ pub enum SignError {
         /// Why.
         source: io::Error,
     },
-    /// A key file is none.
+    /// A file is not a key.
     #[error(
         "{}: no key, which has 64 hexadecimal digits in a file of at most {MOST_KEY_FILE} bytes",
         path.display()
@@ -59,7 +59,7 @@ pub enum SignError {
         /// Where the slot's program begins.
         expected: u64,
     },
-    /// A version is none.
+    /// A text is not a version.
     #[error("{0} is no version, expected three numbers as in 1.2.3 below 256, 4096 and 4096")]
     Version(String),
     /// The image is refused.
@@ -71,7 +71,7 @@ pub enum SignError {
         refusal: Refusal,
     },
     /// The system has no random numbers.
-    #[error("the system gives no random numbers: {0}")]
+    #[error("the system has no random numbers: {0}")]
     Random(getrandom::Error),
 }
 
@@ -179,7 +179,7 @@ pub fn verify(image: &[u8], layout: &Layout, key: &VerifyingKey) -> Result<Heade
     Ok(header)
 }
 
-/// The key of development, which everybody knows.
+/// The development key, which is public.
 pub fn development_key() -> SigningKey {
     SigningKey::from_bytes(&DEVELOPMENT_SEED)
 }

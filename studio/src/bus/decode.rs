@@ -39,7 +39,7 @@ pub fn nmt_command(command: u8) -> &'static str {
     }
 }
 
-/// Decodes a frame by its identifier in the predefined connection set; `process_data` gives the
+/// Decodes a frame by its identifier in the predefined connection set; `process_data` returns the
 /// content of a PDO.
 pub fn decode(frame: &CanFrame, process_data: impl Fn(&CanFrame) -> Option<String>) -> Decoded {
     let (id, is_extended) = frame.raw_id();

@@ -45,11 +45,16 @@ impl Hub {
     /// Sends a frame.
     ///
     /// # Errors
-    /// The bus is gone, or the error of the operating system.
+    /// The bus is disconnected, or the error of the operating system.
     pub fn send(&self, frame: &CanFrame) -> io::Result<()> {
         match lock(&self.transmitter).as_mut() {
             Some(transmitter) => transmitter.send(frame)?,
-            None => return Err(io::Error::new(ErrorKind::NotConnected, "the bus is gone")),
+            None => {
+                return Err(io::Error::new(
+                    ErrorKind::NotConnected,
+                    "the bus is disconnected",
+                ));
+            }
         }
         let mut sent = lock(&self.sent);
         if sent.len() < SENT {
@@ -94,7 +99,7 @@ impl Hub {
     }
 }
 
-/// The bus as one request sees it.
+/// The bus for one request.
 pub struct HubLink {
     hub: Arc<Hub>,
     frames: Receiver<CanFrame>,
@@ -109,9 +114,10 @@ impl Link for HubLink {
         match self.frames.recv_timeout(timeout) {
             Ok(frame) => Ok(Some(frame)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
-            Err(RecvTimeoutError::Disconnected) => {
-                Err(io::Error::new(ErrorKind::NotConnected, "the bus is gone"))
-            }
+            Err(RecvTimeoutError::Disconnected) => Err(io::Error::new(
+                ErrorKind::NotConnected,
+                "the bus is disconnected",
+            )),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! An LSS master (CiA 305): finds a device without a node-ID by fast scan and gives it one.
+//! An LSS master (CiA 305): finds a device without a node-ID by fast scan and assigns one.
 
 use std::time::Duration;
 
@@ -54,7 +54,7 @@ impl<'a> LssMaster<'a> {
     }
 
     /// The identity of a device without a node-ID, which then is in the state of configuration;
-    /// `None` if there is none.
+    /// `None` if no device responds.
     ///
     /// # Errors
     /// Those of the bus.
@@ -79,7 +79,7 @@ impl<'a> LssMaster<'a> {
         Ok(Some(identity))
     }
 
-    /// Gives the device in the state of configuration this node-ID, stores it, and lets it start.
+    /// Assigns this node-ID to the device in the configuration state, stores it, and starts the device.
     ///
     /// # Errors
     /// Those of the bus, and [`ClientError::NotNow`] if the device refuses.

@@ -1,4 +1,4 @@
-//! The bus: one thread receives, everybody sends, and requests to nodes wait for their responses
+//! The bus: one thread receives, every thread sends, and requests to nodes wait for their responses
 //! beside the telemetry.
 
 pub mod decode;

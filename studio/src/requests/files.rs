@@ -55,14 +55,14 @@ pub fn parse(context: &Context, text: &str) {
         .result(values.map(|values| json!({ "values": values })));
 }
 
-pub fn save_recording(context: Context, wanted: Recording) {
-    let rows: Option<Vec<Row>> = context.core.with_node(wanted.node, |node| {
-        let rows = node.record.rows(wanted.from_s, wanted.to_s);
+pub fn save_recording(context: Context, request: Recording) {
+    let rows: Option<Vec<Row>> = context.core.with_node(request.node, |node| {
+        let rows = node.record.rows(request.from_s, request.to_s);
         rows.copied().collect()
     });
     let reply = context.reply.clone();
     let begun = context.core.spawn(move |core, _| {
-        let name = format!("actuator-{}.{}", wanted.node, wanted.format);
+        let name = format!("actuator-{}.{}", request.node, request.format);
         let written = match rows.as_deref() {
             None | Some([]) => Err("there are no samples in this time".to_owned()),
             Some(rows) => write(rows, &name).map_err(|error| error.to_string()),

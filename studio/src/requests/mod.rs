@@ -1,4 +1,4 @@
-//! What pages ask for. A request is a JSON object with `id`, `do` and its arguments; the answer has
+//! Requests of pages. A request is a JSON object with `id`, `do` and its arguments; the answer has
 //! the same `id` and either `ok` or `error`.
 
 mod dictionary;
@@ -24,7 +24,7 @@ pub use dictionary::hello;
 
 /// The identifier and the request of a message.
 ///
-/// The arguments stand beside `do`. An attribute `tag` would buffer them, and buffered numbers with
+/// The arguments are beside `do`. An attribute `tag` would buffer them, and buffered numbers with
 /// a fraction are refused where any other crate enables `arbitrary_precision` of `serde_json`.
 fn parse(text: &str) -> Result<(u64, Request), serde_json::Error> {
     let mut arguments: Map<String, Value> = serde_json::from_str(text)?;
@@ -160,7 +160,7 @@ enum Request {
 }
 
 impl Request {
-    /// Whether only the page that holds the control may ask for it.
+    /// Whether only the page that has control may send it.
     fn needs_control(&self) -> bool {
         !matches!(
             self,

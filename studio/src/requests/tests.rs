@@ -13,7 +13,7 @@ fn a_message_is_its_identifier_and_its_request() {
 }
 
 #[test]
-fn what_is_no_request_is_told_with_its_cause() {
+fn an_invalid_request_is_refused_with_its_cause() {
     for (text, cause) in [
         ("[]", "expected a map"),
         (r#"{"id":1}"#, "missing field `do`"),

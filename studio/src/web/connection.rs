@@ -34,13 +34,13 @@ pub struct Download {
     pub bytes: Vec<u8>,
 }
 
-/// What became of a turn.
+/// Result of the work on a connection.
 pub enum Turn {
-    /// It goes on.
+    /// It continues.
     Goes,
     /// The page has joined.
     Joined,
-    /// It has ended, with a reason that should be told.
+    /// It has ended, with a reason to report.
     Ended(Option<Reason>),
 }
 
@@ -70,7 +70,7 @@ pub struct Connection {
     /// Whether there may be something to read.
     pub is_readable: bool,
     has_unsent: bool,
-    /// Samples that the page did not get since it was last told.
+    /// Samples lost since the last report to the page.
     pub lost_samples: u64,
 }
 
@@ -153,7 +153,7 @@ impl Connection {
         rest: Vec<u8>,
         download: &dyn Fn(&str) -> Option<Download>,
     ) -> io::Result<Turn> {
-        let mut told = None;
+        let mut refusal = None;
         let response = match route {
             Route::Socket(key) => return self.upgrade(&key, rest),
             Route::Page => response(200, assets::PAGE.kind, "", assets::PAGE.text.as_bytes()),
@@ -172,16 +172,16 @@ impl Connection {
                 None => response(404, "text/plain", "", b"the file is no longer there\n"),
             },
             Route::Refused(status, why) => {
-                told = Some(why);
+                refusal = Some(why);
                 response(status, "text/plain", "", format!("{why}\n").as_bytes())
             }
         };
-        self.state = State::Response(response, told);
+        self.state = State::Response(response, refusal);
         Ok(self.respond())
     }
 
     fn respond(&mut self) -> Turn {
-        let (Some(stream), State::Response(rest, told)) = (&mut self.stream, &mut self.state)
+        let (Some(stream), State::Response(rest, refusal)) = (&mut self.stream, &mut self.state)
         else {
             return Turn::Ended(None);
         };
@@ -195,7 +195,7 @@ impl Connection {
             }
         }
         let _ = stream.shutdown(std::net::Shutdown::Write);
-        Turn::Ended(told.map(Reason::Refused))
+        Turn::Ended(refusal.map(Reason::Refused))
     }
 
     fn upgrade(&mut self, key: &str, rest: Vec<u8>) -> io::Result<Turn> {
@@ -285,7 +285,7 @@ impl Connection {
                 self.has_unsent = true;
                 return false;
             }
-            // The next read tells.
+            // The next read returns the error.
             Err(_) => self.is_readable = true,
         }
         self.flush();

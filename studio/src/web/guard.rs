@@ -1,6 +1,6 @@
 //! Who may connect: the head of a request, and the checks of its host, origin and token.
 //!
-//! A page of another site can make a browser connect to this server, but it knows no token, its
+//! A page of another site can make a browser connect to this server, but it has no token, its
 //! origin is another one, and a name that it has pointed at this computer (DNS rebinding) is not a
 //! host of this server.
 
@@ -14,7 +14,7 @@ pub const HEAD_BYTES: usize = 8192;
 /// Fields of a head.
 const FIELDS: usize = 64;
 
-/// What a request asks for.
+/// Route of a request.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Route {
     /// A file of the page.
@@ -32,7 +32,7 @@ pub enum Route {
 /// A request: its route, and the length of its head.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Request {
-    /// What it asks for.
+    /// Its route.
     pub route: Route,
     /// Bytes of the head.
     pub length: usize,
@@ -121,7 +121,7 @@ impl Guard {
         }
     }
 
-    /// Whether a browser that asks for this host can mean this server: a name cannot be resolved to
+    /// Whether this host can be this server: a name cannot be resolved to
     /// it by others, and an address is its own.
     fn is_host(&self, host: &str) -> bool {
         let Some((name, port)) = host.rsplit_once(':') else {

@@ -2,7 +2,7 @@
 //!
 //! One thread waits for all connections. Everything that others can fill has a bound: connections,
 //! heads, messages, and the bytes that wait for a page that does not read. Samples that do not fit
-//! are dropped, and the page is told how many; a page that does not even read answers is closed.
+//! are dropped, and their number is reported to the page; a page that does not even read answers is closed.
 
 mod assets;
 mod connection;
@@ -49,7 +49,7 @@ pub trait Application {
     /// A page is there.
     fn joined(&self, page: PageId);
 
-    /// A page is gone.
+    /// A page has closed.
     fn left(&self, page: PageId);
 
     /// A message of a page. It must not wait.
@@ -80,7 +80,7 @@ pub struct Server {
 }
 
 impl Server {
-    /// A server behind this listener, for those who know the token.
+    /// A server behind this listener, for clients with the token.
     ///
     /// # Errors
     /// Those of the operating system.
@@ -130,7 +130,7 @@ impl Server {
         stop: &AtomicBool,
         notify: &mut dyn FnMut(&Notice),
     ) -> io::Result<()> {
-        /// `stop` may be set by a signal, which wakes nobody.
+        /// `stop` may be set by a signal, which wakes no thread.
         const LONGEST_WAIT: Duration = Duration::from_millis(100);
         /// Connections that wait cause no event when the grace of another one is over.
         const RETRY: Duration = Duration::from_millis(10);
@@ -203,7 +203,7 @@ impl Server {
         }
     }
 
-    /// A turn of each connection.
+    /// Reads from each readable connection.
     fn receive(&mut self, application: &dyn Application, notify: &mut dyn FnMut(&Notice)) {
         let mut ended = Vec::new();
         for (id, one) in &mut self.connections {
@@ -306,7 +306,7 @@ impl Server {
         }
     }
 
-    /// Ends requests that take too long, and tells of connections that were refused.
+    /// Ends requests that take too long, and reports refused connections.
     fn expire(&mut self, notify: &mut dyn FnMut(&Notice)) {
         let now = Instant::now();
         self.connections

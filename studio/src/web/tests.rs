@@ -1,4 +1,4 @@
-//! The server as browsers and strangers see it.
+//! The server, tested by browsers and by invalid clients.
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
@@ -189,7 +189,7 @@ fn requests_among_a_thousand_silent_connections_are_all_answered() {
 }
 
 #[test]
-fn a_page_that_does_not_read_loses_samples_and_is_told() {
+fn a_page_that_does_not_read_loses_samples_and_gets_their_number() {
     with_server(|address, token, pages, notes, _| {
         let mut slow = open(address, token);
         notes.wait_for("joined");
@@ -198,18 +198,18 @@ fn a_page_that_does_not_read_loses_samples_and_is_told() {
             pages.samples(1, vec![0; 1 << 16]);
             thread::sleep(Duration::from_millis(1));
         }
-        let (mut samples, mut told) = (0, 0);
-        while told == 0 {
+        let (mut samples, mut dropped) = (0, 0);
+        while dropped == 0 {
             match slow.read().expect("it is open") {
                 tungstenite::Message::Binary(_) => samples += 1,
                 tungstenite::Message::Text(text) => {
                     let event: serde_json::Value = serde_json::from_str(&text).expect("an event");
-                    told = event["samples"].as_u64().expect("a number");
+                    dropped = event["samples"].as_u64().expect("a number");
                 }
                 _ => {}
             }
         }
-        assert_eq!(samples + told, 400);
+        assert_eq!(samples + dropped, 400);
     });
 }
 

@@ -6,7 +6,7 @@ import { closeBrowser, studio, visit, wait } from './session.mjs';
 const [actuator, pictures] = process.argv.slice(2);
 const VIEWS = ['devices', 'live', 'move', 'parameters', 'tune', 'identify', 'faults', 'bus'];
 
-// Texts with less contrast to their ground than AA asks for: 4.5, or 3 for large ones.
+// Texts with less contrast to their ground than AA requires: 4.5, or 3 for large ones.
 const WEAK = `(() => {
   const canvas = document.createElement('canvas').getContext('2d', { willReadFrequently: true });
   const rgb = colour => { canvas.clearRect(0, 0, 1, 1); canvas.fillStyle = colour; canvas.fillRect(0, 0, 1, 1); const [r, g, b, a] = canvas.getImageData(0, 0, 1, 1).data; return [r, g, b, a / 255]; };

@@ -7,10 +7,10 @@ import { closeBrowser, proxy, serve, studio, visit, wait } from './session.mjs';
 
 const [actuator, file] = process.argv.slice(2);
 // A bound for the rest of the shaft: detection, 500 ms of the quick stop, and the braking behind
-// it, as docs/faults.md has them, with a loaded computer's time to notice.
+// it, as docs/faults.md has them, with the detection time of a loaded computer.
 const MOST_S = 2.5;
 
-// The shaft as another client of the bus sees it: the object 6064h, read every 10 ms, which an
+// The shaft as read by another client of the bus: the object 6064h, read every 10 ms, which an
 // actuator answers in the state pre-operational too.
 const READ = 't60184064600000000000\r', ANSWER = /^t581843646000(.{8})/;
 const watch = address => {
@@ -60,7 +60,7 @@ const lastLog = "import('/state.js').then(({ state }) => state.log.findLast(entr
 
 const cases = [
   ['space is pressed', async ({ page }) => { await page.key(' ', 'Space'); }, page => page.evaluate(lastLog)],
-  ['the page is closed', async ({ page }) => { await page.close(); }, async () => 'it is gone; another page shows "stopped: its page is gone"'],
+  ['the page is closed', async ({ page }) => { await page.close(); }, async () => 'closed; another page shows "stopped: its page is closed"'],
   ['the page hangs', async ({ page }) => { page.evaluate('for (const end = Date.now() + 4000; Date.now() < end;);').catch(() => {}); }, async page => { await page.until('true'); await wait(300); return page.evaluate(lastLog); }],
   ['the server is killed', async ({ run }) => { run.child.kill('SIGKILL'); }, page => page.evaluate(SAYS)],
   ['the bus is cut', async ({ line }) => { line.cut(); }, page => page.evaluate(SAYS)],

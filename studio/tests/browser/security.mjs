@@ -34,7 +34,7 @@ const frame = (opcode, payload, { masked = true, length = payload.length } = {})
 const socketHead = head(`/socket?token=${token}`, undefined, upgrade());
 
 try {
-  // The page that must not notice anything of it.
+  // The page that must not be affected.
   const page = await visit(run.url);
   await page.ready();
   await page.enable();
@@ -56,7 +56,7 @@ try {
   assert.equal(await status(`GET /${'a'.repeat(9000)}`), 431, 'a long head');
   console.log('requests are refused');
 
-  // A page of another origin in the same browser, which even knows the token.
+  // A page of another origin in the same browser, with the token.
   const foreign = createServer((_, response) => response.setHeader('Content-Type', 'text/html').end('<!DOCTYPE html><title>foreign</title>'));
   await new Promise(done => foreign.listen(0, '127.0.0.1', done));
   const stranger = await (await chromium()).open(`http://127.0.0.1:${foreign.address().port}/`);
@@ -89,7 +89,7 @@ try {
   await works('after malformed frames');
   console.log('malformed frames end their connection');
 
-  // A thousand connections that say nothing, and a thousand that ask without a token.
+  // A thousand connections that send nothing, and a thousand that send requests without a token.
   const memory = () => +/VmRSS:\s+(\d+)/.exec(readFileSync(`/proc/${run.child.pid}/status`, 'utf8'))[1];
   const before = memory();
   const idle = Array.from({ length: 1000 }, () => createConnection({ host: '127.0.0.1', port }).on('error', () => {}));
@@ -109,8 +109,8 @@ try {
   await page.key(' ', 'Space');
   page.clean();
   const log = run.log();
-  for (const told of ['the token is missing or wrong', 'the host is not this server', 'the origin is not this server', 'not a request', 'connections: there are'])
-    assert.ok(log.includes(told), `the log lacks "${told}"`);
+  for (const reason of ['the token is missing or wrong', 'the host is not this server', 'the origin is not this server', 'not a request', 'connections: there are'])
+    assert.ok(log.includes(reason), `the log lacks "${reason}"`);
   console.log('all of it is in the log');
 } finally {
   await closeBrowser();

@@ -29,21 +29,21 @@ try {
   }
   const after = await count();
   const dropped = +await page.evaluate('document.body.dataset.dropped');
-  let missing = 0, told = dropped;
+  let missing = 0, reported = dropped;
   after.forEach((node, i) => {
     // The time is that of the actuators' own counters: each period is a sample, or a lost one.
     const due = Math.round((node.t - before[i].t) * RATE_HZ), got = node.count - before[i].count;
     missing += due - got;
-    told += node.lost - before[i].lost;
-    console.log(`node ${i + 1}: ${got} of ${due} samples, ${node.lost - before[i].lost} told as lost`);
+    reported += node.lost - before[i].lost;
+    console.log(`node ${i + 1}: ${got} of ${due} samples, ${node.lost - before[i].lost} reported as lost`);
   });
   frames.sort((a, b) => a - b);
   const part = share => frames[Math.floor(share * (frames.length - 1))];
   const last = memory.slice(Math.ceil(memory.length / 2));
   const span = key => [Math.min(...last.map(m => m[key])), Math.max(...last.map(m => m[key]))].map(v => v.toFixed(1)).join(' to ');
-  console.log(`${seconds} s: ${missing} samples missing, ${told} told; median ${part(0.5)} frames/s, 5 % below ${part(0.05)}`);
+  console.log(`${seconds} s: ${missing} samples missing, ${reported} reported; median ${part(0.5)} frames/s, 5 % below ${part(0.05)}`);
   console.log(`memory in the second half: server ${span('server')} MB, page ${span('page')} MB`);
-  assert.ok(missing <= told, 'a sample was lost untold');
+  assert.ok(missing <= reported, 'a lost sample was not reported');
   assert.ok(part(0.5) >= 30, `${part(0.5)} frames a second`);
   if (seconds >= 300) {
     const [low, high] = [Math.min(...last.map(m => m.server)), Math.max(...last.map(m => m.server))];

@@ -143,7 +143,7 @@ try {
   assert.ok(fit > 90, `fit ${fit} %`);
   await page.picture('identify', true);
   await page.tap('#take-over');
-  await page.until("document.querySelector('#toasts').textContent.includes('have the motor now')");
+  await page.until("document.querySelector('#toasts').textContent.includes('The motor is set')");
   took('identify');
 
   // Faults: a fault, what to do, and the reset.
@@ -181,7 +181,7 @@ try {
     await other.show('move');
     assert.equal(await other.evaluate("document.getElementById('enable').disabled"), true);
     await other.tap('#control button');
-    await page.until("document.getElementById('control').textContent.includes('asks for control')");
+    await page.until("document.getElementById('control').textContent.includes('requests control')");
     await page.tap('#control button');
     await other.until("document.getElementById('control').textContent.includes('has control')");
     await page.until("document.getElementById('control').textContent.includes('Watching')");

@@ -1,4 +1,4 @@
-//! What must hold in every control period, whatever the device receives and measures.
+//! Invariants of every control period, for all frames and measurements.
 
 use std::collections::BTreeSet;
 

@@ -25,7 +25,7 @@ pub struct Measured {
 }
 
 /// Every measurement, in the order of the page.
-pub static MEASUREMENTS: [Measurement; 7] = [
+pub static MEASUREMENTS: [Measurement; 6] = [
     Measurement {
         what: "Flash, SRAM and stack of the boards' programs",
         arguments: "test-all --test elf -- --nocapture --test-threads 1 below_their_limits",
@@ -42,7 +42,7 @@ pub static MEASUREMENTS: [Measurement; 7] = [
         markers: &["%", "of each"],
     },
     Measurement {
-        what: "Longest call of the CANopen device, and stack use",
+        what: "Longest communication cycle, and stack use",
         arguments: "test-all --test board -- --nocapture --test-threads 1 the_calls_of_the_node",
         markers: &["the worst", "stack:"],
     },
@@ -54,11 +54,6 @@ pub static MEASUREMENTS: [Measurement; 7] = [
     Measurement {
         what: "Faults, provoked on the emulated board",
         arguments: "test-all --test board -- --nocapture --test-threads 1 faults",
-        markers: &["| "],
-    },
-    Measurement {
-        what: "Travel of the shaft after a fault at the full rate",
-        arguments: "test-all --test board -- --nocapture --test-threads 1 after_a_fault_at_the_full_rate",
         markers: &["| "],
     },
 ];

@@ -11,19 +11,25 @@ const COUNTS: &str = "## Counts\n";
 pub fn times(machine: &Machine, entry: &Entry) -> String {
     let mut text = format!(
         "# Figures\n\nWritten by `cargo run --release -p figures`.\n\n## Times\n\n{} runs, with pauses \
-         between them. Times depend on the machine and on what else it does: the least and the greatest \
-         value tell how far a figure can be trusted. s/s are simulated seconds per second; a \
-         ratio above one is in favour of the first. Rivals in C take turns with this program in \
-         each run. `figures.jsonl` keeps all measurements.\n\n![All measurements so far](figures.svg)\n\n\
+         between them; times depend on the machine and its load. s/s are simulated seconds per \
+         second; a ratio above one is in favour of the first. Rivals in C alternate with this \
+         program in each run. `figures.jsonl` keeps all measurements.\n\n\
+         ![All measurements so far](figures.svg)\n\n\
          {}\n| figure | least | median | greatest | unit |\n|---|---|---|---|---|\n",
         entry.runs,
         origin(machine)
     );
+    let mut group = "";
     for (name, range) in &entry.figures {
+        let (of, what) = name.split_once(": ").unwrap_or(("", name));
         // Writing to a string does not fail.
+        if of != group && !of.is_empty() {
+            let _ = writeln!(text, "| **{of}** |||||");
+        }
+        group = of;
         let _ = writeln!(
             text,
-            "| {name} | {} | {} | {} | {} |",
+            "| {what} | {} | {} | {} | {} |",
             rounded(range.least),
             rounded(range.median),
             rounded(range.greatest),

@@ -21,7 +21,7 @@ const BENCHMARKS: [&str; 2] = [
     "bench -p board-tests --bench emulated --profile release --ignore-rust-version --locked",
 ];
 
-/// Whole processes of the program `actuator`: name and arguments. `RECORDING` stands for a
+/// Whole processes of the program `actuator`: name and arguments. `RECORDING` is replaced by a
 /// recording of 1,250 samples, `PAGE` for a file that is written.
 const PROCESSES: [(&str, &str); 3] = [
     ("actuator --help", "--help"),

@@ -21,7 +21,7 @@ use model_core::control::{
     units::angle,
 };
 
-/// Something that has to be fast.
+/// Time-critical code.
 #[derive(Debug)]
 pub struct Workload {
     /// Its name in the golden file.
@@ -43,7 +43,7 @@ const READS: u64 = 100;
 /// A tenth of a million: in valgrind a million takes half a minute, and the lines are alike.
 const LINES: u64 = 100_000;
 
-/// All of them. `valgrind` knows no AVX-512, so that processors with and without it count alike.
+/// All of them. `valgrind` has no AVX-512, so that processors with and without it count alike.
 pub static WORKLOADS: [Workload; 12] = [
     Workload {
         name: "control-step",

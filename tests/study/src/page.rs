@@ -6,7 +6,7 @@ use askama::Template;
 use host_sim::table::{Cell, Table};
 
 use crate::{
-    claims::{Claim, LOADED, MAIN, PRINTED},
+    claims::{Claim, MAIN},
     figures::{PULSE_FIGURES, called, file},
     models::MODELS,
     runs::{CONDITIONS, INPUTS, SampleRate},
@@ -33,7 +33,6 @@ struct Page<'a> {
     figures: Vec<Figure>,
     quality: Table,
     cross: Table,
-    parameters: Table,
     verdicts: Vec<(String, &'a str)>,
 }
 
@@ -51,7 +50,6 @@ fn page(study: &Study, claims: &[Claim]) -> String {
             .into(),
         quality: quality_table(study),
         cross: cross_table(study),
-        parameters: parameter_table(study),
         verdicts: verdicts
             .map(|(c, verdict)| (called(c), verdict.as_str()))
             .collect(),
@@ -66,18 +64,12 @@ fn table<S: AsRef<str>>(columns: &[S]) -> Table {
 }
 
 fn quality_table(study: &Study) -> Table {
-    let fits = || {
-        SampleRate::ALL
-            .into_iter()
-            .flat_map(|rate| (0..MODELS.len()).map(move |m| (rate, m)))
-    };
-    let columns = fits().map(|(rate, model)| format!("{}, {} Hz", MODELS[model], rate.hz()));
-    let labels = ["condition", "input"].map(String::from);
-    let mut table = table(&labels.into_iter().chain(columns).collect::<Vec<_>>());
+    let labels = ["condition", "input"].into_iter();
+    let mut table = table(&labels.chain(MODELS).collect::<Vec<_>>());
     for condition in 0..CONDITIONS.len() {
         for input in INPUTS {
-            let cells = fits().map(|(rate, model)| {
-                let fit = study.fit(condition, rate, input, model);
+            let cells = (0..MODELS.len()).map(|model| {
+                let fit = study.fit(condition, SampleRate::Hz250, input, model);
                 Cell::optional(fit.map(|f| f.quality.fit_percent), 2)
             });
             let labels = [Cell::from(called(condition)), input.into()];
@@ -100,40 +92,6 @@ fn cross_table(study: &Study) -> Table {
         }
     }
     table
-}
-
-fn parameter_table(study: &Study) -> Table {
-    let columns = ["condition", "model", "parameter", "unit", "250 Hz", "50 Hz"];
-    let mut table = table(&columns);
-    for condition in [PRINTED, MAIN, LOADED] {
-        for (model, name) in MODELS.iter().enumerate() {
-            let of = |rate| study.fit(condition, rate, "pulse", model);
-            let (Some(fine), Some(coarse)) = (of(SampleRate::Hz250), of(SampleRate::Hz50)) else {
-                continue;
-            };
-            let estimates = fine.fit.estimates.iter();
-            for e in estimates.filter(|e| !e.fixed && e.experiment.is_none()) {
-                table.push([
-                    called(condition).into(),
-                    (*name).into(),
-                    format!("`{}`", e.name).into(),
-                    e.unit.into(),
-                    with_error(e),
-                    coarse.fit.estimate(e.name).map_or(Cell::None, with_error),
-                ]);
-            }
-        }
-    }
-    table
-}
-
-fn with_error(estimate: &identification::Estimate) -> Cell {
-    let (value, error) = (estimate.value, estimate.standard_error_coloured);
-    match error.is_finite() {
-        true => format!("{value:.4} ± {error:.2e}"),
-        false => format!("{value:.4}, not identifiable"),
-    }
-    .into()
 }
 
 /// One row for each run, with a checksum that shows whether another machine has the same data.

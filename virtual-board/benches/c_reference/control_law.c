@@ -81,10 +81,10 @@ static void observe(struct state *s, const struct gains *g, uint32_t word)
 static int32_t regulate(struct state *s, const struct gains *g, float command)
 {
     float target = within(command, g->position_min, g->position_max);
-    float wanted = g->position_gain * (target - (float)s->turned * COUNT_DEG);
-    float rate_command = within(wanted, -g->rate_down, g->rate_up);
+    float requested = g->position_gain * (target - (float)s->turned * COUNT_DEG);
+    float rate_command = within(requested, -g->rate_down, g->rate_up);
     s->position_limited = target != command;
-    s->rate_limited = rate_command != wanted;
+    s->rate_limited = rate_command != requested;
 
     float unlimited = pid(&s->pid, rate_command - s->rate) + g->feed_forward * rate_command;
     float limited = within(unlimited, -g->duty_limit, g->duty_limit);

@@ -23,7 +23,7 @@ const USART3: usize = 2;
 pub struct CommBoard {
     /// The chip.
     pub chip: Chip,
-    /// How long its core sleeps.
+    /// Sleep time of its core.
     pub(crate) sleep: Sleep,
 }
 

@@ -1,8 +1,8 @@
-//! A short way from the core to the CRC unit.
+//! A direct path from the core to the CRC unit.
 //!
-//! The program checks its flash all the time: three of four accesses to peripherals are words for
-//! this unit, which takes no time and signals nothing. The emulator's bus, which settles the whole
-//! chip at each access, is spared them.
+//! The program checks its flash continuously: three of four accesses to peripherals are words for
+//! this unit, which takes no time and has no events. They bypass the emulator's bus, which settles
+//! the whole chip at each access.
 
 use crate::chip::Remainder;
 use crate::processor::{Access, AccessKind, BusLayer, CoreBus, Layered, VirtualNanos, Width};

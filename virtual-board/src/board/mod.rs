@@ -41,7 +41,7 @@ pub struct ActuatorBoard {
     pub vector_table: Option<u32>,
     /// Whether the core has its memory protection unit.
     pub protects_memory: bool,
-    /// How long its core sleeps.
+    /// Sleep time of its core.
     pub(crate) sleep: Sleep,
 }
 
@@ -62,7 +62,7 @@ pub enum ChipKind {
 }
 
 impl ActuatorBoard {
-    /// A board after power-on, on a CAN bus of its own or on a shared one.
+    /// A board after power-on, on its own CAN bus or on a shared one.
     ///
     /// # Errors
     /// An error of rigless if the description of the chip is inconsistent.

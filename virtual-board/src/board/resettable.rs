@@ -2,7 +2,7 @@
 //!
 //! The emulator's core drops all translated code when it resets, and translating the program again
 //! takes longer than running its first hundred milliseconds. The code stays valid: a reset does not
-//! change the flash, and whatever writes memory invalidates what was translated from it. So a
+//! change the flash, and every write to memory invalidates what was translated from it. So a
 //! second core is reset instead, and its state is loaded into the first one, which keeps its code.
 //! After its run the core is kept for another one ([`spare_cores`]).
 

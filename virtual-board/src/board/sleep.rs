@@ -1,4 +1,4 @@
-//! How long the core of a board sleeps.
+//! Sleep time of the core of a board.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};

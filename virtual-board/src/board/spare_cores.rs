@@ -40,7 +40,7 @@ struct Copied {
     pages: Vec<Page>,
 }
 
-/// A core that no run uses, on memory of its own.
+/// A core that no run uses, on its own memory.
 struct Spare {
     kind: CoreKind,
     core: Box<dyn Processor>,
@@ -87,7 +87,7 @@ pub(crate) fn keep(kind: CoreKind, mut core: Box<dyn Processor>, memory: &Memory
     drop(oldest);
 }
 
-/// A kept core of this kind for a run on this memory, in this state; `None` if there is none.
+/// A kept core of this kind for a run on this memory, in this state, if any.
 ///
 /// # Errors
 /// The emulator refuses the state.

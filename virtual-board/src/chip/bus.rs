@@ -104,7 +104,7 @@ pub fn builder() -> Result<Builder, Error> {
         for register in instance.registers {
             let address = instance.base + u64::from(register.offset);
             let width = register.width;
-            // Registers that share an address are excluded: a read gives the value of only one of
+            // Registers that share an address are excluded: a read returns the value of only one of
             // them.
             if let Ok(value) = stock.peek(NO_PART, address, width)
                 && value != register.reset & width.mask()

@@ -85,7 +85,7 @@ fn controller_bus() -> Result<Bus, Error> {
 }
 
 impl ChipH743 {
-    /// A chip after power-on, with 8 MHz at HSE, on a CAN bus of its own or on a shared one.
+    /// A chip after power-on, with 8 MHz at HSE, on its own CAN bus or on a shared one.
     ///
     /// # Errors
     /// An error of rigless if the description of the chip is inconsistent.

@@ -78,7 +78,7 @@ fn new_part() -> Result<Stm32f427, Error> {
 }
 
 impl Chip {
-    /// A chip after power-on, with 8 MHz at HSE, on a CAN bus of its own or on a shared one.
+    /// A chip after power-on, with 8 MHz at HSE, on its own CAN bus or on a shared one.
     ///
     /// # Errors
     /// An error of rigless if the description of the chip is inconsistent.
@@ -116,7 +116,7 @@ impl Chip {
     fn restart(&mut self, at: VirtualNanos, cause: ResetCause, mut stock: Bus, mut ours: Bus) {
         copy_backup_domain(self.part.bus(), &mut stock);
         let old = std::mem::replace(self.part.bus_mut(), stock);
-        // The part knows one watchdog: the other one sets the same flag.
+        // The part has one watchdog: the other one sets the same flag.
         let cause = match cause {
             ResetCause::Model("WWDG") => ResetCause::Model("IWDG"),
             other => other,

@@ -63,7 +63,7 @@ pub enum Fault {
         /// deg C.
         deg_c: f64,
     },
-    /// The current sense gives one code, 0 to 4095.
+    /// The current sense returns one code, 0 to 4095.
     CurrentSense {
         /// The code.
         code: u16,

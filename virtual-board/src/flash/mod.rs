@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Not modelled: programming with an external VPP, read-out protection, and the stall of a read
-//! from the bank that is being changed: such a read gives the present content of the sector. An
+//! from the bank that is being changed: such a read returns the present content of the sector. An
 //! operation on bank 1, from which the firmware runs, stalls the core ([`Interface::stalls_core`]).
 
 mod interface;

@@ -15,7 +15,7 @@ use crate::plant::BoardPlant;
 use crate::trace::Trace;
 
 /// Accesses of the program that the emulation does not model. The results of a run are valid only
-/// if there are none.
+/// if there are no gaps.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Gaps(Vec<String>);
 
@@ -54,7 +54,7 @@ impl Gaps {
         )
     }
 
-    /// Whether there are none.
+    /// Whether there are no gaps.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }

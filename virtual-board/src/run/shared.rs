@@ -1,4 +1,4 @@
-//! One bus for several boards, each of which runs in a thread of its own.
+//! One bus for several boards, each of which runs in its own thread.
 //!
 //! No station can begin a frame while one is on the bus, and the outcome of a frame is known when
 //! it begins: until it ends, the boards run independently. On a free bus they synchronise: each
@@ -93,7 +93,7 @@ impl SharedBusState {
 
     /// The first instant at which a board may get a frame to transmit.
     fn all_quiet_until_ns(&self) -> u64 {
-        // In real time the ports get frames that nobody knows of before.
+        // In real time the ports receive frames at instants that are not known before.
         if self.pace.is_some() {
             return 0;
         }

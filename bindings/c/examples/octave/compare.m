@@ -96,4 +96,4 @@ compare(program, 'board', 'first-order');
 compare(program, 'board', 'bench');
 misuse();
 a_snapshot_goes_on_as_the_original();
-disp('misuse gives errors, a snapshot goes on as the original')
+disp('misuse causes errors, a snapshot continues as the original')

@@ -144,7 +144,7 @@ impl<P: CanPort, Q: TransmitQueues> CanController<P, Q> {
         }
     }
 
-    /// Whether so many milliseconds have elapsed since the start of the time that runs.
+    /// Whether this number of milliseconds has elapsed since the start of the running time.
     fn has_elapsed(&self, ms: u32, period: u32) -> bool {
         let elapsed = period.wrapping_sub(self.since) & (u32::MAX >> 1);
         elapsed >= ms * (PWM_RATE_HZ / 1000)

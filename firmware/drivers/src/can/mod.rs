@@ -17,7 +17,7 @@ pub use self::{
     polled::NbCan,
 };
 
-/// What a controller has seen on the bus since it was last asked.
+/// Events on the bus since the last query.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Activity {
     /// Nothing.
@@ -87,7 +87,7 @@ pub trait CanPort {
     /// Whether it is bus-off.
     fn is_off(&mut self) -> bool;
 
-    /// What it has seen since it joined the bus or since the last call that returned an error. A
+    /// Events since it joined the bus or since the last call that returned an error. A
     /// frame that no other station acknowledges is valid once its transmitter is error-passive.
     fn take_activity(&mut self) -> Activity;
 

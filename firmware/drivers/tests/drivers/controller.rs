@@ -94,12 +94,12 @@ fn the_time_off_the_bus_doubles_until_a_frame_is_transmitted() {
     bench.sees(Activity::Frame, period);
     let mut back_off = |bench: &mut Bench| {
         bench.goes_off();
-        assert!(bench.controller.update(period), "bus-off is told");
+        assert!(bench.controller.update(period), "bus-off is reported");
         let mut ms = 0;
         while bench.port.0.borrow().is_off {
             ms += 1;
             period += MS;
-            assert!(!bench.controller.update(period), "bus-off is told once");
+            assert!(!bench.controller.update(period), "bus-off is reported once");
         }
         assert_eq!(bench.mode(), Some(Mode::Listening));
         // Nothing is heard.

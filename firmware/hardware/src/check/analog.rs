@@ -70,7 +70,7 @@ fn divider(
     let pin_v = design.figure("STM32F429ZI", "pin_absolute");
     findings.expect(Rule::Ranges, supply.surge_v * ratio <= pin_v, || {
         format!(
-            "{net} reaches {:.2} V for a moment; the pin stands {pin_v} V",
+            "{net} reaches {:.2} V for a moment; the pin withstands {pin_v} V",
             supply.surge_v * ratio
         )
     });

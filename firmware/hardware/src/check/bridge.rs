@@ -35,7 +35,7 @@ fn transistor(design: &Design, part: &Part, supply: Range, findings: &mut Findin
     });
     findings.expect(Rule::Gates, supply.surge_v <= gate_v.min(drain_v), || {
         format!(
-            "{name} stands {gate_v} V at its gate; VM reaches {} V",
+            "{name} withstands {gate_v} V at its gate; VM reaches {} V",
             supply.surge_v
         )
     });
@@ -69,7 +69,7 @@ fn off_in_reset(design: &Design, findings: &mut Findings) {
 }
 
 /// The comparator trips above what the program limits and what a reversal at the full rate takes,
-/// and below what the amplifier can still measure. It cannot tell a runaway: a motor that turns
+/// and below what the amplifier can still measure. It cannot detect a runaway: a motor that turns
 /// freely takes less than one that stalls.
 fn trip(design: &Design, findings: &mut Findings) {
     let (low_a, high_a) = design.trip_range_a();

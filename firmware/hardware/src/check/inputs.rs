@@ -36,7 +36,7 @@ pub(super) fn check(design: &Design, findings: &mut Findings) {
             let pin_v = design.figure("STM32F429ZI", "pin_absolute");
             findings.expect(Rule::Clamps, highest_v <= pin_v, || {
                 format!(
-                    "{}: clamped at {highest_v:.2} V; the pin stands {pin_v} V",
+                    "{}: clamped at {highest_v:.2} V; the pin withstands {pin_v} V",
                     inside.name
                 )
             });

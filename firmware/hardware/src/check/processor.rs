@@ -28,7 +28,7 @@ pub(super) fn check(design: &Design, findings: &mut Findings) {
 /// The pin has the function, and is on a net at its connector.
 fn function(design: &Design, pin: &ProcessorPin, findings: &mut Findings) {
     let row = design.functions.iter().find(|row| row.pin == pin.pin);
-    let wanted = match pin.alternate {
+    let expected = match pin.alternate {
         Some(number) => format!("{}:{number}", pin.peripheral),
         None => pin.peripheral.clone(),
     };
@@ -36,10 +36,10 @@ fn function(design: &Design, pin: &ProcessorPin, findings: &mut Findings) {
         || row.is_some_and(|row| {
             row.functions
                 .split_whitespace()
-                .any(|found| found == wanted)
+                .any(|found| found == expected)
         });
     findings.expect(Rule::Processor, has_it, || {
-        format!("{} has no function {wanted}", pin.pin)
+        format!("{} has no function {expected}", pin.pin)
     });
     let at = design.connectors.iter().find(|row| row.name == pin.pin);
     let board = design

@@ -73,7 +73,7 @@ fn decoupling(design: &Design, found: &PinOf<'_>, findings: &mut Findings) {
     );
 }
 
-/// A capacitor stands the greatest voltage of its net.
+/// A capacitor withstands the greatest voltage of its net.
 fn rating(design: &Design, part: &Part, findings: &mut Findings) {
     let net = design.net_at(&part.designator, "1");
     let Some(range) = net.and_then(|net| design.range(&part.board, &net.name)) else {

@@ -1,19 +1,15 @@
 //! The tables of the document.
 
-use super::bom;
 use crate::design::LOGIC_V;
 use crate::quantity::{self, number};
-use crate::{Design, Electrical, Part, ProcessorPin};
+use crate::{Design, ProcessorPin};
 
 /// The text with every table written anew.
 pub(super) fn with_tables(design: &Design, text: &str) -> Result<String, String> {
     let tables = [
         ("pins of the actuator board", pins(design, "actuator")),
         ("pins of the communication board", pins(design, "comm")),
-        ("parts of the actuator board", parts(design, "actuator")),
-        ("parts of the communication board", parts(design, "comm")),
         ("ranges", ranges(design)),
-        ("data sheets", data_sheets(design)),
     ];
     let mut text = text.to_owned();
     for (name, table) in tables {
@@ -100,61 +96,6 @@ fn pins(design: &Design, board: &str) -> String {
     )
 }
 
-/// The connected pins with their nets. A module's pins are in the table of pins.
-fn nets(design: &Design, part: &Part) -> String {
-    let pins = design.pins_of(part);
-    let is_shown = |found: &&crate::PinOf<'_>| {
-        let is_supply = matches!(found.pin.electrical, Electrical::Power | Electrical::Supply);
-        found.net.is_some() && (part.kind != "NUCLEO-F429ZI" || is_supply)
-    };
-    let words = pins.iter().filter(is_shown).map(|found| {
-        let (pin, net) = (&found.pin, found.net.map_or("", |net| net.name.as_str()));
-        if pin.name == pin.pin {
-            format!("{} {net}", pin.pin)
-        } else {
-            format!("{} {} {net}", pin.pin, pin.name)
-        }
-    });
-    words.collect::<Vec<_>>().join(", ")
-}
-
-fn parts(design: &Design, board: &str) -> String {
-    let row = |part: &Part| {
-        let value = bom::value(part);
-        let number = if value.is_empty() {
-            part.part_number.clone()
-        } else {
-            value
-        };
-        vec![
-            part.designator.clone(),
-            number,
-            nets(design, part),
-            part.purpose.clone(),
-        ]
-    };
-    let parts: Vec<_> = design
-        .parts
-        .iter()
-        .filter(|part| part.board == board)
-        .collect();
-    let mut groups: Vec<&str> = Vec::new();
-    for part in &parts {
-        if !groups.contains(&part.group.as_str()) {
-            groups.push(&part.group);
-        }
-    }
-    let tables = groups.iter().map(|group| {
-        let rows = parts
-            .iter()
-            .filter(|part| part.group == *group)
-            .map(|part| row(part));
-        let header = [&format!("**{group}**"), "part", "pins to nets", "purpose"];
-        table(&header, rows)
-    });
-    tables.collect::<Vec<_>>().join("\n")
-}
-
 fn ranges(design: &Design) -> String {
     let volts = |value: f64| format!("{value:.2} V");
     let limit = |name: &str| {
@@ -229,12 +170,4 @@ fn ranges(design: &Design) -> String {
         &["quantity", "range", "limits of the program"],
         rows.into_iter().map(Vec::from),
     )
-}
-
-fn data_sheets(design: &Design) -> String {
-    let rows = design
-        .data_sheets
-        .iter()
-        .map(|row| vec![row.kind.clone(), row.document.clone(), row.checked.clone()]);
-    table(&["part", "document", "checked"], rows)
 }

@@ -56,7 +56,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;")
 }
 
-/// Class of a net's name: supplies and ground stand out.
+/// Class of a net's name: supplies and ground are highlighted.
 fn class(net: &str) -> &'static str {
     match net {
         "VM" | "VF" | "VIN_M" => "vm",
@@ -137,7 +137,7 @@ fn terminals(design: &Design, out: &mut String, part: &Part, x: i32, y: i32) {
     }
 }
 
-/// Whether a pin stands at the right side of its box.
+/// Whether a pin is at the right side of its box.
 fn is_right(found: &PinOf<'_>) -> bool {
     use Electrical::{Bus, Drain, OpenDrain, Output, Passive, Supply};
     matches!(

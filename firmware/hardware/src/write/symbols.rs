@@ -5,13 +5,13 @@ use crate::Part;
 /// A symbol with its terminals.
 pub(super) struct Symbol {
     pub svg: &'static str,
-    /// Numbers of the pins, where their wire ends, and where its name stands.
+    /// Numbers of the pins, where their wire ends, and where its name is.
     pub terminals: &'static [(&'static str, i32, i32, Side)],
     /// Half its height with the names at its ends.
     pub half_height: i32,
 }
 
-/// Side of a terminal at which its name stands.
+/// Side of a terminal at which its name is.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Side {
     Left,

@@ -39,13 +39,13 @@ pub fn models() -> Vec<Value> {
     all.map(|model| json!({ "name": model.name(), "summary": model.summary() }))
         .collect()
 }
-pub fn identify(context: Context, wanted: Identification) {
-    let rows: Option<Vec<Row>> = context.core.with_node(wanted.node, |node| {
-        let rows = node.record.rows(wanted.from_s, wanted.to_s);
+pub fn identify(context: Context, order: Identification) {
+    let rows: Option<Vec<Row>> = context.core.with_node(order.node, |node| {
+        let rows = node.record.rows(order.from_s, order.to_s);
         rows.copied().collect()
     });
     let reply = context.reply.clone();
-    let requested = context.core.at_node(wanted.node, {
+    let requested = context.core.at_node(order.node, {
         let core = context.core.clone();
         move |client| {
             let known = match known(client) {
@@ -55,7 +55,7 @@ pub fn identify(context: Context, wanted: Identification) {
             let answer = reply.clone();
             let begun = core.spawn(move |_, task| {
                 let rows = rows.unwrap_or_default();
-                answer.result(fit(&wanted, known, &rows, &task));
+                answer.result(fit(&order, known, &rows, &task));
             });
             reply.busy(begun.map(drop));
         }
@@ -63,7 +63,7 @@ pub fn identify(context: Context, wanted: Identification) {
     context.reply.busy(requested);
 }
 /// A recording as the identification takes it.
-fn recording(wanted: &Identification, known: Known, rows: &[Row]) -> Recording {
+fn recording(order: &Identification, known: Known, rows: &[Row]) -> Recording {
     let constants = [("winding_resistance_ohm", known.resistance_ohm)];
     let column = |place: usize| {
         rows.iter()
@@ -71,8 +71,8 @@ fn recording(wanted: &Identification, known: Known, rows: &[Row]) -> Recording {
             .collect()
     };
     Recording {
-        name: format!("node {}", wanted.node),
-        time_s: rows.iter().map(|row| row.time_s - wanted.from_s).collect(),
+        name: format!("node {}", order.node),
+        time_s: rows.iter().map(|row| row.time_s - order.from_s).collect(),
         command_deg: column(place::DEMAND),
         angle_deg: column(place::ANGLE),
         rate_deg_s: Some(column(place::RATE)),
@@ -100,11 +100,11 @@ impl Progress for Search<'_> {
     }
 }
 
-fn fit(wanted: &Identification, known: Known, rows: &[Row], task: &Task) -> Result<Value, String> {
-    let model = models::named(&wanted.model).ok_or("there is no such model")?;
+fn fit(order: &Identification, known: Known, rows: &[Row], task: &Task) -> Result<Value, String> {
+    let model = models::named(&order.model).ok_or("there is no such model")?;
     task.progress("starts of the search", 0, Options::default().starts);
     let experiment =
-        Experiment::try_new(recording(wanted, known, rows)).map_err(|error| error.to_string())?;
+        Experiment::try_new(recording(order, known, rows)).map_err(|error| error.to_string())?;
     let experiments = [experiment];
     let measured = torque_constant(rows).map(|k| (TORQUE_CONSTANT.to_owned(), k));
     let request = Request {
@@ -163,7 +163,7 @@ pub fn take_over(context: Context, node: u8, values: BTreeMap<String, f64>) {
             client.write(object, &value.to_string())?;
             core.with_node(node, |node| node.unsaved.insert(object.clone()));
         }
-        // The model starts, or starts anew.
+        // The model starts, or restarts.
         client.write("2010:2", "0")?;
         client.write("2010:2", "1")?;
         Ok::<_, ClientError>(json!(null))

@@ -1,4 +1,4 @@
-//! What a fit tells of the motor, and what has to be known besides.
+//! Motor parameters from a fit, and the values that it requires.
 
 use host_sim::can::client::{Client, ClientError};
 use host_sim::can::{motor_objects, names};
@@ -11,11 +11,11 @@ use crate::quantity::place;
 use crate::record::Row;
 use crate::requests::objects::address;
 
-/// The parameter that is measured and not fitted: without a known load, an angle tells only the
-/// ratios of torque constant, inertia and friction.
+/// The parameter that is measured and not fitted: without a known load, an angle determines
+/// only the ratios of torque constant, inertia and friction.
 pub const TORQUE_CONSTANT: &str = "torque_constant_nm_a";
 
-/// Rate below which the noise of rate and back-EMF matters, deg/s.
+/// Rate below which the noise of rate and back-EMF is significant, deg/s.
 const SLOWEST_DEG_S: f64 = 30.0;
 
 /// The torque constant at the output: back-EMF per rate, by least squares over the samples in
@@ -33,8 +33,9 @@ pub fn torque_constant(rows: &[Row]) -> Option<f64> {
     });
     Some(products / squares).filter(|k| count >= FEWEST && *k > 0.0)
 }
-/// What the actuator itself knows of its motor, and an experiment cannot tell: only the ratio of
-/// the torque constant to the resistance shows, and only its product with the gear ratio.
+/// Motor parameters that are stored in the actuator and that an experiment cannot determine: the
+/// angle depends only on the ratio of the torque constant to the resistance, and on its product
+/// with the gear ratio.
 #[derive(Debug, Clone, Copy)]
 pub struct Known {
     /// Armature resistance.
@@ -66,7 +67,7 @@ pub fn motor(assessment: &Assessment, known: Known, rows: &[Row]) -> Result<Valu
     objects[2].1 = known.gear_ratio;
     let supplies = rows.iter().map(|row| f64::from(row.values[place::SUPPLY]));
     let supply_v = supplies.sum::<f64>() / rows.len().max(1) as f64;
-    // Without Coulomb friction and inductance: J w' = k (u - k w)/R - b w, of which the duty gives
+    // Without Coulomb friction and inductance: J w' = k (u - k w)/R - b w, where the duty is
     // u as a share of the supply voltage.
     let damping = viscous + k * k / ohm;
     let gain_rad_s_v = k / ohm / damping;

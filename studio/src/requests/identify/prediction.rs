@@ -23,11 +23,11 @@ pub struct Prediction {
 }
 /// Time behind an excitation that is recorded, s.
 const AFTER_S: f64 = 0.5;
-pub fn predict(context: Context, wanted: Prediction) {
+pub fn predict(context: Context, request: Prediction) {
     let reply = context.reply.clone();
     let begun = context
         .core
-        .spawn(move |_, _| reply.result(prediction(&wanted)));
+        .spawn(move |_, _| reply.result(prediction(&request)));
     context.reply.busy(begun.map(drop));
 }
 
@@ -93,16 +93,16 @@ fn expect_motor(setup: &mut ExperimentSetup, settings: &Settings) -> Result<(), 
     ] {
         if let Some(index) = setup.model.parameter_index(name) {
             setup.values[index] = value;
-            // The back-EMF tells it.
+            // The back-EMF determines it.
             setup.free[index] &= name != TORQUE_CONSTANT;
         }
     }
     Ok(())
 }
 
-fn prediction(wanted: &Prediction) -> Result<Value, String> {
-    let model = models::named(&wanted.model).ok_or("there is no such model")?;
-    let command = command(&wanted.settings)?;
+fn prediction(request: &Prediction) -> Result<Value, String> {
+    let model = models::named(&request.model).ok_or("there is no such model")?;
+    let command = command(&request.settings)?;
     let settings = Settings::new(ModelKind::Board, PlantKind::Drivetrain);
     let mut setup = ExperimentSetup::new(model);
     expect_motor(&mut setup, &settings)?;
@@ -143,16 +143,16 @@ mod tests {
             ("motor-m1", "motor_inertia_kg_m2"),
             ("black-box-2", "delay_s"),
         ] {
-            let wanted = Prediction {
+            let request = Prediction {
                 model: model.into(),
                 settings: chirp(),
             };
-            let answer = prediction(&wanted).expect("it is predicted");
+            let answer = prediction(&request).expect("it is predicted");
             let parameters = answer["parameters"].as_array().expect("a list");
             let found = parameters.iter().find(|p| p["name"] == parameter);
             let percent = found.expect(parameter)["percent"]
                 .as_f64()
-                .expect("it is told");
+                .expect("it is determined");
             assert!((0.001..50.0).contains(&percent), "{model}: {answer}");
         }
     }

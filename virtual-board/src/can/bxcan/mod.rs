@@ -58,7 +58,7 @@ struct FrameInProgress {
     is_internal: bool,
 }
 
-/// A controller, on a [`Wire`] of its own with external ports or on a bus that its user shares
+/// A controller, on its own [`Wire`] with external ports or on a bus that its user shares
 /// among several controllers.
 #[derive(Debug)]
 pub struct BxCan {
@@ -89,7 +89,7 @@ const CONTROL_AFTER_RESET: u32 = 0x0001_0002;
 const BIT_TIMING_AFTER_RESET: u32 = 0x0123_0000;
 
 impl BxCan {
-    /// A controller after a reset, on a bus of its own or on a shared one.
+    /// A controller after a reset, on its own bus or on a shared one.
     pub fn new(wire: Option<Wire>) -> Self {
         Self {
             wire,

@@ -166,18 +166,18 @@ impl BxCan {
 
     fn drive_lines(&mut self, context: &mut DeviceContext<'_>) {
         let enabled = |bits: u32| self.status.enabled & bits != 0;
-        let mut wanted = [false; 4];
-        wanted[TX] = enabled(ier::TMEIE) && self.mailboxes.has_complete();
+        let mut asserted = [false; 4];
+        asserted[TX] = enabled(ier::TMEIE) && self.mailboxes.has_complete();
         for ((line, fifo), shift) in RX.into_iter().zip(&self.fifos).zip([1, 4]) {
-            wanted[line] = enabled(1 << shift) && fifo.len() > 0
+            asserted[line] = enabled(1 << shift) && fifo.len() > 0
                 || enabled(1 << (shift + 1)) && fifo.is_full
                 || enabled(1 << (shift + 2)) && fifo.has_overrun;
         }
-        wanted[SCE] = enabled(ier::ERRIE) && self.status.has_error_interrupt
+        asserted[SCE] = enabled(ier::ERRIE) && self.status.has_error_interrupt
             || enabled(ier::WKUIE) && self.status.woke
             || enabled(ier::SLKIE) && self.status.acknowledges_sleep;
-        for (line, (wanted, driven)) in wanted.into_iter().zip(&mut self.lines).enumerate() {
-            let level = Level::from(wanted);
+        for (line, (asserted, driven)) in asserted.into_iter().zip(&mut self.lines).enumerate() {
+            let level = Level::from(asserted);
             if level != *driven {
                 *driven = level;
                 context.interrupt(line, level);

@@ -120,7 +120,7 @@ impl BxCan {
         self.status.record(error);
     }
 
-    /// `ABRQ`: aborts at once, or after the present attempt.
+    /// `ABRQ`: aborts immediately, or after the present attempt.
     pub(super) fn abort(&mut self, index: usize) {
         let is_sending = self.current.is_some_and(|c| c.mailbox == Some(index));
         let mailbox = &mut self.mailboxes.boxes[index];
@@ -158,7 +158,7 @@ impl BxCan {
         let is_compatible = self
             .timing()
             .is_some_and(|own| own.is_compatible(&transfer.timing));
-        // Its error flags destroy nothing: the frame of another bit rate goes on, and with it the
+        // Its error flags destroy nothing: the frame of another bit rate continues, and with it the
         // errors that it detects in the frame.
         let only_listens = self.is_silent() || self.counters.state() == ErrorState::Passive;
         match transfer.outcome {

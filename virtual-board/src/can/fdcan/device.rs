@@ -81,8 +81,8 @@ impl FdCan {
     fn drive_lines(&mut self, context: &mut DeviceContext<'_>) {
         let active = self.flags & self.settings.enabled;
         let select = self.settings.line_select;
-        let wanted = [active & !select, active & select];
-        for (line, (active, driven)) in wanted.into_iter().zip(&mut self.lines).enumerate() {
+        let asserted = [active & !select, active & select];
+        for (line, (active, driven)) in asserted.into_iter().zip(&mut self.lines).enumerate() {
             let is_enabled = self.settings.line_enable >> line & 1 != 0;
             let level = Level::from(is_enabled && active != 0);
             if level != *driven {

@@ -2,7 +2,7 @@
 //! buffers, receive FIFO 0, filters with two identifiers, error counters, bus-off and its recovery,
 //! both interrupt lines, bus monitoring and loop-back mode.
 //!
-//! Not modelled, and told when the program selects it: CAN FD, transmit FIFO and queue, receive
+//! Not modelled, and reported when the program selects it: CAN FD, transmit FIFO and queue, receive
 //! FIFO 1 and buffers, time stamps, range and mask filters, messages other than of eight bytes.
 
 mod device;
@@ -70,7 +70,7 @@ struct Settings {
     cancelled_enabled: u32,
 }
 
-/// A controller, on a [`Wire`] of its own with external ports or on a bus that its user shares
+/// A controller, on its own [`Wire`] with external ports or on a bus that its user shares
 /// among several controllers.
 #[derive(Debug)]
 pub struct FdCan {

@@ -61,7 +61,7 @@ fn carry(can: &mut FdCan, fault: WireFault, listener: bool) -> Outcome {
 }
 
 #[test]
-fn buffers_are_transmitted_by_priority_and_told() {
+fn buffers_are_transmitted_by_priority_and_reported() {
     let mut can = controller();
     request(&mut can, 0, &frame(0x300));
     request(&mut can, 2, &frame(0x100));

@@ -67,7 +67,7 @@ impl FdCan {
         self.cancelled &= !buffers;
     }
 
-    /// Cancels buffers: at once, or after the attempt that is under way.
+    /// Cancels buffers: immediately, or after the present attempt.
     pub(super) fn cancel(&mut self, buffers: u32) {
         let buffers = buffers & self.pending;
         let sending = self.current.and_then(|current| current.buffer);
@@ -96,7 +96,7 @@ impl FdCan {
             None => self.finish_receiving(&current),
         }
         if self.is_bus_off() {
-            // The controller leaves the bus by itself (chapter 56).
+            // The controller leaves the bus without the program (chapter 56).
             self.control |= cccr::INIT;
             self.mode = Mode::Initialising;
         }

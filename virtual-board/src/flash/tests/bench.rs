@@ -1,4 +1,4 @@
-//! The interface on a bus of its own, and the array in a map.
+//! The interface on its own bus, and the array in a map.
 
 use std::collections::BTreeMap;
 

@@ -2,7 +2,7 @@
 //!
 //! At most one thread per processor runs. One that waits for the others hands its processor
 //! to one that has not run yet, so that no thread competes for a processor while it runs. A thread
-//! on the same processor is the fastest to wake: each thread keeps to its own.
+//! on the same processor wakes fastest: each thread stays on its own.
 
 mod processors;
 
@@ -76,7 +76,7 @@ impl Turns {
     }
 
     /// Begins the next round when all threads wait. Returns those that run first: of each processor
-    /// the last one to have come, as it is the least likely to sleep.
+    /// the last one to arrive, as it is the least likely to sleep.
     pub fn begin_round(&mut self) -> Vec<usize> {
         let first = |turns: &mut ProcessorTurns| {
             turns.ready.append(&mut turns.waiting);
@@ -256,7 +256,7 @@ mod tests {
                     let is_early = total.load(Ordering::Relaxed) < (round + 1) * THREADS as u64;
                     violations.fetch_add(is_early.into(), Ordering::Relaxed);
                 }
-                // In the last round each lets the next one end.
+                // In the last round each releases the next one.
                 let next = turns.lock().unwrap().leave(index);
                 next.into_iter().for_each(|next| rendezvous.resume(next));
             })

@@ -135,7 +135,7 @@ pub struct Bus {
     pub received: VecDeque<CanFrame>,
     /// Mailboxes with a frame.
     pub mailboxes: [Option<CanFrame>; 3],
-    /// What the controller has seen.
+    /// Events that the controller reports.
     pub activity: Option<Activity>,
     pub is_off: bool,
     pub has_overrun: bool,

@@ -77,7 +77,7 @@ fn last_error(bench: &mut Bench) -> u64 {
 }
 
 #[test]
-fn a_silent_controller_receives_what_nobody_acknowledges_once_its_sender_is_passive() {
+fn a_silent_controller_receives_unacknowledged_frames_once_their_sender_is_passive() {
     let mut bench = Bench::with(0, BTR_1M | 1 << 31);
     bench.write(ESR, 7 << 4);
     bench.port().send(0, frame(1, &[]));
@@ -96,7 +96,7 @@ fn a_silent_controller_receives_what_nobody_acknowledges_once_its_sender_is_pass
 }
 
 #[test]
-fn a_silent_controller_of_another_bit_rate_sees_errors_and_destroys_nothing() {
+fn a_silent_controller_of_another_bit_rate_detects_errors_and_destroys_nothing() {
     let mut bench = Bench::with(0, BTR_500K | 1 << 31);
     let other = Port::at_rate(1_000_000);
     bench.wire().ports.push(other);

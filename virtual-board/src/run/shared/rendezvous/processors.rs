@@ -35,7 +35,7 @@ impl Processors {
     }
 
     /// From now on this thread runs on the processor of this index, if the system allows it. Under
-    /// a quota, which gives less time than the processors have, all may be needed: no thread keeps
+    /// a quota, which limits the time of the processors, all may be needed: no thread keeps
     /// to one.
     pub fn keep(&self, index: usize) {
         #[cfg(target_os = "linux")]
