@@ -103,7 +103,10 @@ impl BxCan {
         if self.is_internal() {
             self.begin_internal(now_ns);
         }
-        if self.wire_due_ns(now_ns).is_none_or(|due_ns| due_ns > now_ns) {
+        if self
+            .wire_due_ns(now_ns)
+            .is_none_or(|due_ns| due_ns > now_ns)
+        {
             return;
         }
         let station = self.station(now_ns).filter(|_| !self.is_internal());
