@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# Compares the instructions of the control law with those of the same law in C, and two libraries of
-# signatures.
+# Compares the instructions of the control law with those of the same law in C, two libraries of
+# signatures, and the instructions that the emulated board costs on the PC with golden counts.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
 bash .ci/provide arm-none-eabi-gcc gcc-arm-none-eabi libnewlib-arm-none-eabi
+bash .ci/provide valgrind valgrind
 # With all packages, as the emulator has already been built with their features.
 cargo bench --workspace --exclude actuator-python --features actuator/board --ignore-rust-version --locked \
-    --bench control_law --bench signatures --profile dev
+    --bench control_law --bench signatures --bench host_instructions --profile dev

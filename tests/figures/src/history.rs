@@ -95,11 +95,12 @@ const WIDTH: f64 = 760.0;
 const HEIGHT: f64 = 60.0;
 
 /// A panel for each figure of the last entry: a bar from the least to the greatest value of each
-/// entry in their order, with a mark at the median.
+/// entry of its processor in their order, with a mark at the median.
 pub fn picture(entries: &[Entry]) -> String {
-    let names: Vec<_> = entries
-        .last()
-        .map_or(Vec::new(), |last| last.figures.keys().cloned().collect());
+    let last = entries.last();
+    let is_shown = |entry: &&Entry| last.is_some_and(|last| last.processor == entry.processor);
+    let entries: Vec<_> = entries.iter().filter(is_shown).collect();
+    let names = last.map_or(Vec::new(), |last| last.figures.keys().cloned().collect());
     let height = HEIGHT * names.len() as f64;
     // Writing to a string does not fail.
     let mut svg = format!(

@@ -2,8 +2,9 @@
 //!
 //! A figure of the page is one that a test or benchmark printed, so none is typed by hand. What is
 //! timed is timed in several runs with pauses between them, and the page states the least and the
-//! greatest value. The page names the commit, the date, the processor and the load of the machine;
-//! `docs/figures.jsonl` keeps every measurement, and `docs/figures.svg` shows them.
+//! greatest value by processor. The page names the commit, the date and the load of the machine;
+//! `docs/figures.jsonl` keeps every measurement, and `docs/figures.svg` shows those on the processor
+//! of the last one.
 
 mod history;
 mod machine;
@@ -109,8 +110,8 @@ fn run(options: &Options) -> Result<(), Error> {
             source,
         })
     };
-    write(&options.out, &(page::times(&machine, &entry) + &counts))?;
     let entries = history::append(&options.out.with_extension("jsonl"), entry)?;
+    write(&options.out, &(page::times(&entries) + &counts))?;
     let picture = history::picture(&entries);
     write(&options.out.with_extension("svg"), &picture)
 }

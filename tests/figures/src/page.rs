@@ -7,17 +7,30 @@ use crate::{history::Entry, machine::Machine, measurement::Measured};
 /// The first line of the part with the counts.
 const COUNTS: &str = "## Counts\n";
 
-/// The part with the times, as Markdown.
-pub fn times(machine: &Machine, entry: &Entry) -> String {
+/// The part with the times, as Markdown: the last entry of each processor, the newest first.
+pub fn times(entries: &[Entry]) -> String {
+    let mut text = "# Figures\n\nWritten by `cargo run --release -p figures`.\n\n## Times\n\nTimes depend \
+         on the machine and on what else it does: they stand here by processor, and the least and the \
+         greatest value of several runs, with pauses between them, tell how far a figure can be \
+         trusted. s/s are simulated seconds per second; a ratio above one is in favour of the first. \
+         Rivals in C alternate with this program in each run. `figures.jsonl` keeps all \
+         measurements.\n\n![All measurements on the processor of the last one](figures.svg)\n"
+        .to_owned();
+    let mut processors = Vec::new();
+    for entry in entries.iter().rev() {
+        if !processors.contains(&&entry.processor) {
+            processors.push(&entry.processor);
+            text += &times_of(entry);
+        }
+    }
+    text + "\n"
+}
+
+fn times_of(entry: &Entry) -> String {
     let mut text = format!(
-        "# Figures\n\nWritten by `cargo run --release -p figures`.\n\n## Times\n\n{} runs, with pauses \
-         between them; times depend on the machine and its load. s/s are simulated seconds per \
-         second; a ratio above one is in favour of the first. Rivals in C alternate with this \
-         program in each run. `figures.jsonl` keeps all measurements.\n\n\
-         ![All measurements so far](figures.svg)\n\n\
-         {}\n| figure | least | median | greatest | unit |\n|---|---|---|---|---|\n",
-        entry.runs,
-        origin(machine)
+        "\n### {}\n\n{} runs of commit {}, {}, load average before: {}\n\n\
+         | figure | least | median | greatest | unit |\n|---|---|---|---|---|\n",
+        entry.processor, entry.runs, entry.commit, entry.date, entry.load
     );
     let mut group = "";
     for (name, range) in &entry.figures {
@@ -36,7 +49,7 @@ pub fn times(machine: &Machine, entry: &Entry) -> String {
             range.unit
         );
     }
-    text + "\n"
+    text
 }
 
 /// The part with the counts, as Markdown.
@@ -102,7 +115,28 @@ mod tests {
         let counts = counts(&machine, &[measured]);
         assert!(counts.contains("| commit | abc |"));
         assert!(counts.contains("```text\nflash 1 bytes\n```"));
-        let page = times(&machine, &Entry::of(&machine, &[])) + &counts;
+        let page = times(&[Entry::of(&machine, &[])]) + &counts;
         assert_eq!(counts_of(&page), counts);
+    }
+
+    #[test]
+    fn the_last_entry_of_each_processor_is_on_the_page_the_newest_first() {
+        let entry = |commit: &str, processor: &str| {
+            let machine = Machine {
+                commit: commit.into(),
+                date: "2026-01-01".into(),
+                processor: processor.into(),
+                load: "0.1".into(),
+                compiler: "rustc".into(),
+            };
+            Entry::of(&machine, &[])
+        };
+        let page = times(&[entry("a", "p"), entry("b", "q"), entry("c", "p")]);
+        let headings: Vec<_> = page
+            .lines()
+            .filter(|line| line.starts_with("### "))
+            .collect();
+        assert_eq!(headings, ["### p", "### q"]);
+        assert!(page.contains("commit c,") && !page.contains("commit a,"));
     }
 }

@@ -8,15 +8,12 @@ use rigless::soc::Error;
 use super::core;
 use super::sleep::Sleep;
 use super::spare_cores::CoreKind;
-use crate::chip::Chip;
+use crate::chip::{Chip, USART3};
 use crate::flash::FlashTimes;
 use crate::serial::SerialPeer;
 
 /// Clock of the core, Hz.
 pub const COMM_CORE_HZ: u64 = 160_000_000;
-
-/// Index of USART3.
-const USART3: usize = 2;
 
 /// The communication board, on a shared CAN bus.
 #[derive(Debug)]

@@ -5,7 +5,9 @@
 //! the whole chip at each access.
 
 use crate::chip::Remainder;
-use crate::processor::{Access, AccessKind, BusLayer, CoreBus, Layered, VirtualNanos, Width};
+use crate::processor::{
+    Access, AccessKind, BusLayer, CoreBus, Layered, Queued, VirtualNanos, Width,
+};
 
 /// DR of the unit, and the registers of RCC, which can stop its clock (RM0090, table 1).
 const DR: u64 = 0x4002_3000;
@@ -82,6 +84,13 @@ impl BusLayer for CrcBus<'_> {
             self.port.is_open = false;
         }
         answer
+    }
+
+    fn queued(&mut self) -> Vec<Queued> {
+        if self.is_own {
+            return Vec::new();
+        }
+        self.inner.queued()
     }
 
     fn carry_on(&mut self, instructions: u64, event: Option<VirtualNanos>) -> Option<u32> {

@@ -2,7 +2,6 @@
 
 use std::fmt::Debug;
 
-use model_core::control::pwm_timer::CurrentInstant;
 use rigless::device::Level;
 use rigless::emulator::CoreSpec;
 use rigless::mcu::{Mcu, Operate};
@@ -10,14 +9,13 @@ use rigless::soc::Width;
 use rigless::time::VirtualNanos;
 
 use super::crc_unit::Remainder;
-use super::outputs::{CCR4, CNT, CR1, PSC};
+use super::outputs::PwmTimer;
 use crate::board::CoreKind;
 use crate::board::EncoderChip;
 use crate::can::{Station, Transfer, Wire};
 use crate::faults::FilterBit;
 use crate::flash::Interface;
-use crate::plant::{Bridge, PERIOD_CYCLES, Sensed};
-use model_core::time::PWM_PERIOD_NS;
+use crate::plant::{Bridge, Sensed};
 
 /// The chip of an actuator board: its pins, its CAN controller, its memory.
 pub trait ActuatorChip: Mcu + Send + Debug {
@@ -44,6 +42,12 @@ pub trait ActuatorChip: Mcu + Send + Debug {
 
     /// Drives the servo pulse input.
     fn drive_servo(&mut self, at: VirtualNanos, level: Level);
+
+    /// The registers of TIM1.
+    fn pwm_timer(&mut self, at: VirtualNanos) -> PwmTimer;
+
+    /// Level at the break input.
+    fn break_level(&self) -> Level;
 
     /// Drives the break input; low is a break.
     fn drive_break(&mut self, at: VirtualNanos, level: Level);
@@ -93,20 +97,5 @@ pub trait ActuatorChip: Mcu + Send + Debug {
     /// Reads a register without side effects, as a debugger does.
     fn peek_register(&mut self, at: VirtualNanos, address: u64) -> u64 {
         self.peek(at, address, Width::W32).unwrap_or(0)
-    }
-
-    /// Time since the start of the PWM period, ns; `None` while TIM1 is stopped.
-    fn since_edge_ns(&mut self, at: VirtualNanos) -> Option<u64> {
-        if self.peek_register(at, CR1) & 1 == 0 {
-            return None;
-        }
-        let count = self.peek_register(at, CNT);
-        let cycles = count * (self.peek_register(at, PSC) + 1);
-        Some(cycles * PWM_PERIOD_NS / u64::from(PERIOD_CYCLES))
-    }
-
-    /// The instant at which the next PWM period samples the current: channel 4 of TIM1, preloaded.
-    fn current_instant(&mut self, at: VirtualNanos) -> CurrentInstant {
-        CurrentInstant::of_count(self.peek_register(at, CCR4) as u32)
     }
 }

@@ -10,10 +10,11 @@
 
 use std::num::NonZeroU64;
 
-use rigless::device::{ErasedDevice, Level, ResetCause};
+use rigless::device::{Device, ErasedDevice, Level, ResetCause};
 use rigless::emulator::CoreSpec;
 use rigless::mcu::Mcu;
 use rigless::soc::stm32h743::Stm32h743;
+use rigless::soc::stm32h743::generated::tim1::Register as R;
 use rigless::soc::stm32h743::peripherals::adc::Channel as Input;
 use rigless::soc::stm32h743::peripherals::gpio::Pin;
 use rigless::soc::stm32h743::peripherals::spi::Select;
@@ -24,7 +25,7 @@ use rigless::soc::{Bus, Error, Window, stm32h743};
 use rigless::time::VirtualNanos;
 
 use super::ActuatorChip;
-use super::outputs::{self, FULL_SCALE, Leg};
+use super::outputs::{self, FULL_SCALE, Leg, PwmTimer};
 use crate::board::CoreKind;
 use crate::board::{EncoderChip, SELECT_PIN, core};
 use crate::can::{FdCan, MESSAGE_RAM_BYTES, MessageRam, Station, Transfer, Wire};
@@ -134,9 +135,10 @@ impl ChipH743 {
         let Some(channel) = Channel::new(number) else {
             return Leg::Off;
         };
-        let pulse = timer.pulse(channel, registers);
-        Leg::of(
-            pulse.map(|pulse| pulse.width.0),
+        if let Some(pulse) = timer.pulse(channel, registers) {
+            return Leg::of_pulse(pulse.width.0);
+        }
+        Leg::of_levels(
             timer.output(channel, registers),
             timer.complementary_output(channel, registers),
         )
@@ -205,6 +207,20 @@ impl ActuatorChip for ChipH743 {
             timer.drive_input(channel, level, registers, &mut context);
         }
         self.part.tim[TIM4] = timer;
+    }
+
+    fn pwm_timer(&mut self, at: VirtualNanos) -> PwmTimer {
+        let (timer, registers) = self.part.advanced_timer(0);
+        PwmTimer {
+            control: registers.get(R::Cr1),
+            count: Device::peek(timer, R::Cnt, registers, at).unwrap_or(0),
+            prescaler: registers.get(R::Psc),
+            compare_4: registers.get(R::Ccr4),
+        }
+    }
+
+    fn break_level(&self) -> Level {
+        self.break_level
     }
 
     fn drive_break(&mut self, at: VirtualNanos, level: Level) {

@@ -7,13 +7,14 @@ use rigless::device::{Device, ErasedDevice, Level, ResetCause};
 use rigless::emulator::CoreSpec;
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::stm32f427::Stm32f427;
+use rigless::soc::stm32f427::generated::tim1::Register as R;
 use rigless::soc::stm32f427::generated::{dbg, pwr, rcc, rtc};
 use rigless::soc::{Bus, Error, Layout, Width, stm32f427};
 use rigless::time::VirtualNanos;
 
 use super::crc_unit::{CrcUnit, Remainder};
 use super::window_watchdog::WindowWatchdog;
-use super::{ActuatorChip, bus, outputs};
+use super::{ActuatorChip, PwmTimer, bus, outputs};
 use crate::board::CoreKind;
 use crate::board::{CORE_HZ, EncoderChip, core};
 use crate::can::{BxCan, Station, Transfer, Wire};
@@ -23,6 +24,9 @@ use crate::plant::{Bridge, Sensed};
 
 /// Supply of the chip, mV.
 const RAIL_MV: u32 = 3300;
+
+/// Index of USART3 among the serial ports.
+pub(crate) const USART3: usize = 2;
 
 /// The chip.
 #[derive(Debug)]
@@ -199,6 +203,20 @@ impl ActuatorChip for Chip {
         self.drive_pulse_input(at, level);
     }
 
+    fn pwm_timer(&mut self, at: VirtualNanos) -> PwmTimer {
+        let (timer, registers) = self.part.advanced_timer(0);
+        PwmTimer {
+            control: registers.get(R::Cr1),
+            count: Device::peek(timer, R::Cnt, registers, at).unwrap_or(0),
+            prescaler: registers.get(R::Psc),
+            compare_4: registers.get(R::Ccr4),
+        }
+    }
+
+    fn break_level(&self) -> Level {
+        self.break_level
+    }
+
     fn drive_break(&mut self, at: VirtualNanos, level: Level) {
         self.break_level = level;
         self.part
@@ -290,8 +308,11 @@ impl Mcu for Chip {
     fn poll(&mut self, now: VirtualNanos) {
         let (registers, mut context) = self.part.bus_mut().drive(now, self.can_slot);
         Device::poll(&mut self.can, registers, &mut context);
-        // The serial ports.
-        Mcu::poll(&mut self.part, now);
+        // Of the serial ports, the one at which a board has a peer.
+        self.part
+            .drive_serial_port(now, USART3, |usart, registers, context| {
+                Device::poll(usart, registers, context);
+            });
     }
 
     fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {

@@ -1,5 +1,6 @@
 //! The pins of the chip: bridge outputs, converter inputs, servo pulse.
 
+use model_core::control::pwm_timer::CurrentInstant;
 use model_core::time::PWM_PERIOD_NS;
 use rigless::device::Level;
 use rigless::soc::stm32f427::peripherals::adc::Channel as Input;
@@ -12,12 +13,30 @@ use crate::plant::{Bridge, PERIOD_CYCLES, Sensed};
 /// Full scale of the converter.
 pub(super) const FULL_SCALE: u16 = 4095;
 
-/// TIM1, at the same address in both chips.
-const TIM1: u64 = 0x4001_0000;
-pub(super) const CR1: u64 = TIM1;
-pub(super) const CNT: u64 = TIM1 + 0x24;
-pub(super) const PSC: u64 = TIM1 + 0x28;
-pub(super) const CCR4: u64 = TIM1 + 0x40;
+/// What a run needs of the registers of TIM1.
+#[derive(Debug, Clone, Copy)]
+pub struct PwmTimer {
+    pub(super) control: u64,
+    pub(super) count: u64,
+    pub(super) prescaler: u64,
+    pub(super) compare_4: u64,
+}
+
+impl PwmTimer {
+    /// Time since the start of the PWM period, ns; `None` while the timer is stopped.
+    pub fn since_edge_ns(&self) -> Option<u64> {
+        if self.control & 1 == 0 {
+            return None;
+        }
+        let cycles = self.count * (self.prescaler + 1);
+        Some(cycles * PWM_PERIOD_NS / u64::from(PERIOD_CYCLES))
+    }
+
+    /// The instant at which the next PWM period samples the current: channel 4, preloaded.
+    pub fn current_instant(&self) -> CurrentInstant {
+        CurrentInstant::of_count(self.compare_4 as u32)
+    }
+}
 
 /// Converter channels of the schematic.
 mod input {
@@ -39,14 +58,15 @@ pub(super) enum Leg {
 }
 
 impl Leg {
-    /// The leg at these outputs: the width of the high side's pulse, ns, or the levels of both
-    /// sides.
-    pub fn of(pulse_ns: Option<u64>, high: Option<Level>, low: Option<Level>) -> Self {
-        if let Some(pulse_ns) = pulse_ns {
-            // Rounded down to ns from cycles of 5.95 ns: rounding up again finds the cycles.
-            let cycles = (pulse_ns * u64::from(PERIOD_CYCLES)).div_ceil(PWM_PERIOD_NS);
-            return Self::High(cycles as u32);
-        }
+    /// The leg with a pulse of this width at the high side, ns.
+    pub fn of_pulse(pulse_ns: u64) -> Self {
+        // Rounded down to ns from cycles of 5.95 ns: rounding up again finds the cycles.
+        let cycles = (pulse_ns * u64::from(PERIOD_CYCLES)).div_ceil(PWM_PERIOD_NS);
+        Self::High(cycles as u32)
+    }
+
+    /// The leg at these levels of both sides.
+    pub fn of_levels(high: Option<Level>, low: Option<Level>) -> Self {
         match (high, low) {
             (Some(Level::High), _) => Self::High(PERIOD_CYCLES),
             (_, Some(Level::High)) => Self::High(0),
@@ -71,9 +91,10 @@ impl Chip {
         let Some(channel) = Channel::new(number) else {
             return Leg::Off;
         };
-        let pulse = timer.pulse(channel, registers);
-        Leg::of(
-            pulse.map(|pulse| pulse.width.0),
+        if let Some(pulse) = timer.pulse(channel, registers) {
+            return Leg::of_pulse(pulse.width.0);
+        }
+        Leg::of_levels(
             timer.output(channel, registers),
             timer.complementary_output(channel, registers),
         )

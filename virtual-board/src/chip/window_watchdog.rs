@@ -28,7 +28,10 @@ pub struct WindowWatchdog {
     is_active: bool,
     /// Instant of the last write of the counter, ns, and the count written.
     written: (u64, u64),
-    expiry: Option<EventId>,
+    /// Instant of the reset if the counter is not written until then, ns.
+    expiry_ns: u64,
+    /// The next event, and its instant, ns.
+    event: Option<(u64, EventId)>,
 }
 
 impl WindowWatchdog {
@@ -62,8 +65,17 @@ impl WindowWatchdog {
             return;
         }
         self.written = (now_ns, count);
-        let left_ns = (count - LEAST + 1) * count_ns;
-        self.expiry = Some(context.schedule(VirtualNanos(now_ns + left_ns)));
+        self.expiry_ns = now_ns + (count - LEAST + 1) * count_ns;
+        self.await_expiry(context);
+    }
+
+    /// Schedules an event at the expiry, unless an earlier one, which does so then, is pending: a
+    /// replaced event would still stop the core.
+    fn await_expiry(&mut self, context: &mut DeviceContext<'_>) {
+        let at_ns = self.expiry_ns;
+        if self.event.is_none_or(|(pending_ns, _)| pending_ns > at_ns) {
+            self.event = Some((at_ns, context.schedule(VirtualNanos(at_ns))));
+        }
     }
 }
 
@@ -83,8 +95,13 @@ impl Device for WindowWatchdog {
     }
 
     fn on_event(&mut self, event: EventId, _: &mut RegisterFile, context: &mut DeviceContext<'_>) {
-        if self.expiry == Some(event) {
+        if self.event.take_if(|(_, own)| *own == event).is_none() {
+            return;
+        }
+        if context.now().0 >= self.expiry_ns {
             context.request_reset();
+        } else {
+            self.await_expiry(context);
         }
     }
 

@@ -19,6 +19,11 @@ pub trait BusLayer {
     fn carry_on(&mut self, instructions: u64, event: Option<VirtualNanos>) -> Option<u32> {
         self.behind_mut().carry_on(instructions, event)
     }
+
+    /// As [`CoreBus::queued`].
+    fn queued(&mut self) -> Vec<Queued> {
+        self.behind_mut().queued()
+    }
 }
 
 /// A layer as the bus of a core.
@@ -39,7 +44,7 @@ impl<L: BusLayer> CoreBus for Layered<L> {
     }
 
     fn queued(&mut self) -> Vec<Queued> {
-        self.0.behind_mut().queued()
+        self.0.queued()
     }
 
     fn acknowledge(&mut self, line: InterruptLine, instructions: u64) -> Option<u64> {

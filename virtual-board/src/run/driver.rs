@@ -148,8 +148,8 @@ impl<S: Script> Lockstep<S> {
         while self.grid.is_locked && self.grid.next().0 <= stop.at.0 {
             let (_, slot) = self.grid.next();
             flow = self.pass(slot, session.board_mut(), stop, host);
-            let next = session.board_mut().chip.current_instant(stop.at);
-            self.grid.pass(next);
+            let timer = session.board_mut().chip.pwm_timer(stop.at);
+            self.grid.pass(timer.current_instant());
         }
         if let Some(level) = self.servo.edge(stop.at.0) {
             session.board_mut().chip.drive_servo(stop.at, level);
@@ -177,7 +177,8 @@ impl<S: Script> Lockstep<S> {
     }
 
     fn align_with_timer(&mut self, board: &mut ActuatorBoard, at: VirtualNanos) {
-        let since_ns = board.chip.since_edge_ns(at);
+        let timer = board.chip.pwm_timer(at);
+        let since_ns = timer.since_edge_ns();
         self.next_poll_ns = if self.grid.is_locked && since_ns.is_some() {
             u64::MAX
         } else {
@@ -195,7 +196,7 @@ impl<S: Script> Lockstep<S> {
         if !self.grid.follow(edge_ns) {
             return;
         }
-        self.grid.current = board.chip.current_instant(at);
+        self.grid.current = timer.current_instant();
         if is_first {
             // The shaft was at rest before the timer started.
             self.plant_ns = edge_ns;
@@ -245,7 +246,10 @@ impl<S: Script> Lockstep<S> {
     /// The comparator at the bridge's ground return.
     fn update_trip(&mut self, board: &mut ActuatorBoard, at: VirtualNanos) {
         let trips = self.board_faults.trips || self.plant.return_peak_a() > TRIP_A;
-        board.chip.drive_break(at, Level::from(!trips));
+        let level = Level::from(!trips);
+        if level != board.chip.break_level() {
+            board.chip.drive_break(at, level);
+        }
     }
 
     /// The regulator, which switches the chip off when its input is too low.

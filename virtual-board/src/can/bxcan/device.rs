@@ -48,6 +48,7 @@ impl BxCan {
     }
 
     fn write_filters(&mut self, register: R, value: u32) {
+        self.shows_filters = false;
         let initialising = self.filters.is_initialising();
         let filters = &mut self.filters;
         match register {
@@ -102,6 +103,12 @@ impl BxCan {
         if self.is_internal() {
             self.begin_internal(now_ns);
         }
+        if self
+            .wire_due_ns(now_ns)
+            .is_none_or(|due_ns| due_ns > now_ns)
+        {
+            return;
+        }
         let station = self.station(now_ns).filter(|_| !self.is_internal());
         let Some(wire) = &mut self.wire else {
             return;
@@ -111,21 +118,23 @@ impl BxCan {
         }
     }
 
-    /// Schedules the controller's next event.
+    /// When its own bus ends a frame or arbitrates next, ns.
+    fn wire_due_ns(&self, now_ns: u64) -> Option<u64> {
+        let wire = self.wire.as_ref()?;
+        wire.next_ns(now_ns, !self.is_internal() && self.offers(now_ns))
+    }
+
+    /// Schedules the controller's next event. Each scheduled event stops the core, one that has been
+    /// replaced too.
     pub fn schedule(&mut self, context: &mut DeviceContext<'_>) {
         let now_ns = context.now().0;
-        let offers = self
-            .station(now_ns)
-            .is_some_and(|station| station.offer.is_some());
-        let offers_wire = offers && !self.is_internal();
-        let wire_ns = self
-            .wire
-            .as_ref()
-            .and_then(|wire| wire.next_ns(now_ns, offers_wire));
         let carried_ns = self.current.map(|current| current.ends_ns);
-        let next_ns = [wire_ns, carried_ns, self.mode_due_ns()];
+        let next_ns = [self.wire_due_ns(now_ns), carried_ns, self.mode_due_ns()];
         let next_ns = next_ns.into_iter().flatten().min();
-        self.wake = next_ns.map(|at_ns| context.schedule(VirtualNanos(at_ns.max(now_ns + 1))));
+        let next_ns = next_ns.map(|at_ns| at_ns.max(now_ns + 1));
+        if next_ns != self.wake.map(|(at_ns, _)| at_ns) {
+            self.wake = next_ns.map(|at_ns| (at_ns, context.schedule(VirtualNanos(at_ns))));
+        }
     }
 }
 
@@ -164,7 +173,7 @@ impl Device for BxCan {
         registers: &mut RegisterFile,
         context: &mut DeviceContext<'_>,
     ) {
-        if self.wake == Some(event) {
+        if self.wake.take_if(|(_, wake)| *wake == event).is_some() {
             self.proceed(registers, context);
         }
     }

@@ -87,6 +87,11 @@ impl Mailboxes {
         }
     }
 
+    /// Whether a mailbox is pending.
+    pub fn has_pending(&self) -> bool {
+        self.boxes.iter().any(|mailbox| mailbox.is_pending)
+    }
+
     /// Pending mailboxes in the order of transmission.
     pub fn in_order(&self, by_request: bool) -> Vec<usize> {
         let mut pending: Vec<usize> = (0..COUNT).filter(|i| self.boxes[*i].is_pending).collect();

@@ -74,7 +74,10 @@ pub struct BxCan {
     counters: ErrorCounters,
     status: Status,
     current: Option<FrameInProgress>,
-    wake: Option<EventId>,
+    /// The next event, and its instant, ns.
+    wake: Option<(u64, EventId)>,
+    /// Whether the registers show the filters.
+    shows_filters: bool,
     /// Time since which it has had a frame to transmit, ns.
     offers_since_ns: Option<u64>,
     lines: [Level; 4],
@@ -104,6 +107,7 @@ impl BxCan {
             status: Status::default(),
             current: None,
             wake: None,
+            shows_filters: false,
             offers_since_ns: None,
             lines: [Level::Low; 4],
             epoch_ns: 0,
@@ -136,6 +140,7 @@ impl BxCan {
     /// Flips a bit of the acceptance filter.
     pub fn flip_filter(&mut self, bit: FilterBit) {
         self.filters.flip(bit);
+        self.shows_filters = false;
     }
 
     fn is(&self, control: u32) -> bool {
@@ -170,10 +175,15 @@ impl BxCan {
         })
     }
 
+    /// Whether it has a frame to transmit.
+    fn offers(&self, now_ns: u64) -> bool {
+        let offers = |station: Station| station.offer.is_some();
+        self.mailboxes.has_pending() && self.station(now_ns).is_some_and(offers)
+    }
+
     /// Updates the time since which it has a frame to transmit.
     fn update_offer(&mut self, now_ns: u64) {
-        let offers = |station: Station| station.offer.is_some();
-        self.offers_since_ns = if self.station(now_ns).is_some_and(offers) {
+        self.offers_since_ns = if self.offers(now_ns) {
             self.offers_since_ns.or(Some(now_ns))
         } else {
             None

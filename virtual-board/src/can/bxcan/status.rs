@@ -75,9 +75,13 @@ const SCE: usize = 3;
 const MAILBOX_ROWS: [R; 3] = [R::Ti0r, R::Ti1r, R::Ti2r];
 const OUTPUT_ROWS: [R; 2] = [R::Ri0r, R::Ri1r];
 
-/// The register at this distance from another.
-fn after(first: R, rows: usize) -> Option<R> {
-    R::from_index(first.index() + rows)
+/// Sets the register at a distance from another.
+fn setter(registers: &mut RegisterFile) -> impl FnMut(R, usize, u64) {
+    |first, rows, value| {
+        if let Some(register) = R::from_index(first.index() + rows) {
+            registers.set(register, value);
+        }
+    }
 }
 
 impl BxCan {
@@ -123,15 +127,15 @@ impl BxCan {
         registers.set(R::Esr, error);
         registers.set(R::Btr, self.bit_timing.into());
         self.publish_frames(registers);
+        if !self.shows_filters {
+            self.publish_filters(registers);
+            self.shows_filters = true;
+        }
         self.drive_lines(context);
     }
 
     fn publish_frames(&self, registers: &mut RegisterFile) {
-        let mut put = |first: R, rows: usize, value: u64| {
-            if let Some(register) = after(first, rows) {
-                registers.set(register, value);
-            }
-        };
+        let mut put = setter(registers);
         for (first, mailbox) in MAILBOX_ROWS.into_iter().zip(&self.mailboxes.boxes) {
             for (row, word) in mailbox.words.iter().enumerate() {
                 let request = row == 0 && mailbox.is_pending;
@@ -147,6 +151,10 @@ impl BxCan {
                 put(first, row, word);
             }
         }
+    }
+
+    fn publish_filters(&self, registers: &mut RegisterFile) {
+        let mut put = setter(registers);
         let filters = &self.filters;
         let control = [
             filters.control,
