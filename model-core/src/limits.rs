@@ -12,6 +12,25 @@ pub(crate) fn within<T: PartialOrd>(value: T, low: T, high: T) -> T {
     }
 }
 
+/// The second of equal numbers; `f64::min` handles NaN in addition.
+#[inline(always)]
+pub(crate) fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
+}
+
+/// The second of equal numbers.
+#[inline(always)]
+pub(crate) fn greater(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
+}
+
+/// `value` limited to plus and minus a limit that is not negative.
+#[inline(always)]
+pub(crate) fn limited(value: f64, limit: f64) -> f64 {
+    // The limit first: of equal zeros the value remains.
+    lesser(limit, greater(-limit, value))
+}
+
 /// Angle and rate after inelastic hard stops at plus and minus `limit_deg`, which set an outward
 /// rate to zero.
 #[inline]

@@ -153,7 +153,7 @@ fn board_row<P: Plant>(
         board.duty_pct(),
         board.angle_meas_deg(),
         board.rate_meas_deg_s(),
-        board.step().rate_command.to_f64(),
+        board.last_step().rate_command.to_f64(),
         board.compare().get().into(),
     ]
 }

@@ -28,7 +28,7 @@ pub(super) fn run(
                 now.rate_deg_s,
             ])?;
         }
-        model.step(arrived);
+        model.advance_tick(arrived);
     }
     Ok(())
 }

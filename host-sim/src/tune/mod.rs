@@ -16,11 +16,8 @@ use crate::analysis::frequency::bandwidth_hz;
 use crate::analysis::linear_models::{Loop, Motor, Timing};
 use crate::analysis::loop_gain::Margins;
 use crate::analysis::robustness::unstable_motor;
-use model_core::control::parameters::ControlParameters;
+use model_core::control::{encoder_word::COUNT_DEG, parameters::ControlParameters};
 use model_core::parameter::ParameterError;
-
-/// Angle of one encoder count, deg: 12 bits a turn (AS5045).
-const COUNT_DEG: f64 = 360.0 / 4096.0;
 
 model_core::parameters! {
     /// A target bandwidth of the rate loop and a position gain relative to it, as in the paper.

@@ -158,7 +158,7 @@ impl<P: Plant> ClosedLoop<P> {
     }
 
     /// The last control step.
-    pub fn step(&self) -> &CascadeStep {
+    pub fn last_step(&self) -> &CascadeStep {
         &self.now.step
     }
 

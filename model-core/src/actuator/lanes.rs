@@ -69,7 +69,7 @@ impl<const N: usize, P: PlantLanes<N>> LoopLanes<P, N> {
     #[inline(always)]
     pub fn pass_each(&mut self, commands: &[Angle; N], ticks: usize, see: Seen) {
         let counts = ideal_counts(&self.plants.states().angle_deg);
-        let duty = self.control.step(&counts, commands);
+        let duty = self.control.control_period(&counts, commands);
         match see {
             Seen::All => self.plants.pass::<true>(&duty, ticks, &mut self.seen),
             Seen::Edges => self.plants.pass::<false>(&duty, ticks, &mut self.seen),

@@ -157,8 +157,8 @@ impl ActuatorCore {
         let (arrived, level, first) = (self.now.arrived, self.now.level, self.now.tick);
         self.now.tick += ticks;
         match &mut self.model {
-            Model::BlackBox1(model) => (0..ticks).for_each(|_| model.step(arrived)),
-            Model::BlackBox2(model) => (0..ticks).for_each(|_| model.step(arrived)),
+            Model::BlackBox1(model) => (0..ticks).for_each(|_| model.advance_tick(arrived)),
+            Model::BlackBox2(model) => (0..ticks).for_each(|_| model.advance_tick(arrived)),
             Model::GreyBox(model) => {
                 let demand = demand(level, arrived);
                 (0..ticks).for_each(|_| model.step_for(demand));

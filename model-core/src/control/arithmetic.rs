@@ -6,12 +6,13 @@ use fixed::types::I32F32;
 
 use super::units::{Quantity, round};
 
-/// A coefficient that makes a quantity of type `To` of one of type `From`.
+/// A coefficient that makes a quantity of type `To` of one of type `From`; `VECTOR` as for
+/// [`Coefficient`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(bound = ""))]
-pub struct Gain<From, To> {
-    coefficient: Coefficient,
+pub struct Gain<From, To, const VECTOR: bool = false> {
+    coefficient: Coefficient<VECTOR>,
     quantities: PhantomData<(From, To)>,
 }
 
@@ -20,9 +21,12 @@ impl<From: Quantity, To: Quantity> Gain<From, To> {
     pub const fn new(value: f64) -> Self {
         Self::of(Coefficient::new(value))
     }
+}
 
+impl<From: Quantity, To: Quantity, const VECTOR: bool> Gain<From, To, VECTOR> {
     /// The gain of this coefficient.
-    pub const fn of(coefficient: Coefficient) -> Self {
+    #[inline(always)]
+    pub const fn of(coefficient: Coefficient<VECTOR>) -> Self {
         Self {
             coefficient,
             quantities: PhantomData,
@@ -30,7 +34,7 @@ impl<From: Quantity, To: Quantity> Gain<From, To> {
     }
 
     /// Its coefficient.
-    pub const fn coefficient(self) -> Coefficient {
+    pub const fn coefficient(self) -> Coefficient<VECTOR> {
         self.coefficient
     }
 
@@ -45,10 +49,11 @@ impl<From: Quantity, To: Quantity> Gain<From, To> {
 ///
 /// The value is `whole + upper 2^-32 + lower 2^-64`. Each digit has a sign of its own, and so have
 /// the digits of the signal in [`Coefficient::times`]: a Cortex-M4 multiplies two signed digits and
-/// accumulates the product in one instruction, without a shift.
+/// accumulates the product in one instruction, without a shift. So does a vector unit, which has no
+/// product of 64 bits: `VECTOR` coefficients are multiplied by digits on every processor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Coefficient {
+pub struct Coefficient<const VECTOR: bool = false> {
     /// Zero where `lower` is not zero.
     whole: i32,
     upper: i32,
@@ -88,6 +93,17 @@ impl Coefficient {
         }
     }
 
+    /// Bits and exponent: the value is `bits * 2^exponent`.
+    pub(super) const fn parts(self) -> (i64, i32) {
+        if self.lower == 0 {
+            (((self.whole as i64) << 32) + self.upper as i64, -32)
+        } else {
+            (((self.upper as i64) << 32) + self.lower as i64, -64)
+        }
+    }
+}
+
+impl<const VECTOR: bool> Coefficient<VECTOR> {
     /// Its digits of weight 1, 2^-32 and 2^-64.
     pub(super) const fn digits(self) -> [i32; 3] {
         [self.whole, self.upper, self.lower]
@@ -103,21 +119,12 @@ impl Coefficient {
         }
     }
 
-    /// Bits and exponent: the value is `bits * 2^exponent`.
-    pub(super) const fn parts(self) -> (i64, i32) {
-        if self.lower == 0 {
-            (((self.whole as i64) << 32) + self.upper as i64, -32)
-        } else {
-            (((self.upper as i64) << 32) + self.lower as i64, -64)
-        }
-    }
-
     /// The product with a signal, rounded to the nearest step of the signal.
     ///
     /// The caller shows that signal and product lie within +-2^30.
     #[inline(always)]
     pub const fn times(self, signal: I32F32) -> I32F32 {
-        I32F32::from_bits(if cfg!(target_pointer_width = "64") {
+        I32F32::from_bits(if cfg!(target_pointer_width = "64") && !VECTOR {
             self.times_word(signal.to_bits())
         } else {
             self.times_digits(signal.to_bits())
@@ -141,7 +148,7 @@ impl Coefficient {
 
     /// The same product on a processor that multiplies 64 bits by 64 bits.
     #[inline(always)]
-    pub(super) const fn times_word(self, signal: i64) -> i64 {
+    const fn times_word(self, signal: i64) -> i64 {
         // The digits below the point, in units of 2^-64: they fit, as they were made of 64 bits.
         let fraction = ((self.upper as i64) << 32).wrapping_add(self.lower as i64);
         let exact = signal as i128 * fraction as i128;

@@ -74,7 +74,7 @@ impl Coefficients {
         }
         Ok(Self {
             mounting: mounting(p),
-            filter: FilterShare::new(p.rate_filter),
+            filter: <FilterShare>::new(p.rate_filter),
             position: position_loop(p),
             rate: rate_loop(p),
         })
@@ -281,7 +281,7 @@ impl CascadeState {
     ) -> CascadeStep {
         let limited = self
             .regulator
-            .step(&coefficients.rate, command.rate, self.rate());
+            .regulate(&coefficients.rate, command.rate, self.rate());
         CascadeStep {
             rate_command: command.rate,
             duty: limited.duty,

@@ -11,9 +11,9 @@ pub(crate) const RATE_END: Rate = Rate::from_int(1 << 17);
 /// Coefficients of the position loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct PositionLoop {
+pub struct PositionLoop<const VECTOR: bool = false> {
     /// P, 1/s, below 2^9.
-    pub gain: Gain<Angle, Rate>,
+    pub gain: Gain<Angle, Rate, VECTOR>,
     /// Least command, within 2^15 deg.
     pub min: Angle,
     /// Greatest command, not below `min`, within 2^15 deg.
@@ -35,7 +35,7 @@ pub struct RateCommand {
     pub rate_limited: bool,
 }
 
-impl PositionLoop {
+impl<const VECTOR: bool> PositionLoop<VECTOR> {
     /// The commanded rate for a commanded and a measured angle.
     #[inline(always)]
     pub fn follow_angle(&self, command: Angle, angle: Angle) -> RateCommand {

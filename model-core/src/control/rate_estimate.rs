@@ -2,11 +2,16 @@
 //!
 //! `rate += alpha (counts * 45/512 deg / (periods * T) - rate)` in each control period `T`.
 
-use super::{arithmetic::Gain, encoder_word::COUNTS_PER_TURN, shaft_tracker::Motion, units::Rate};
+use super::{
+    arithmetic::Gain,
+    encoder_word::{COUNT_DEG, COUNTS_PER_TURN},
+    shaft_tracker::Motion,
+    units::Rate,
+};
 use crate::time::CONTROL_RATE_HZ;
 
-/// One count a control period in units of 2^-9 deg/s: 45/512 deg times the control rate.
-const COUNT_RATE: i32 = 45 * CONTROL_RATE_HZ as i32;
+/// One count a control period in units of 2^-9 deg/s, in which it is whole.
+const COUNT_RATE: i32 = (COUNT_DEG * 512.0) as i32 * CONTROL_RATE_HZ as i32;
 
 /// Fractional bits of a raw rate: the most with which half a turn in one period fits 31 bits. At
 /// 250 Hz that are 15.
@@ -19,16 +24,17 @@ const HALF_TURN: i32 = COUNTS_PER_TURN / 2;
 const COUNT_RATE_STEPS: i32 = COUNT_RATE << (FRACTION_BITS - 9);
 
 /// Weight of a new difference in the estimate.
-pub type FilterShare = Gain<Rate, Rate>;
+pub type FilterShare<const VECTOR: bool = false> = Gain<Rate, Rate, VECTOR>;
 
 /// The filtered rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct RateEstimate(Rate);
+pub struct RateEstimate(pub(super) Rate);
 
 impl RateEstimate {
     /// Updates the estimate by the motion up to one valid count.
-    pub fn update(&mut self, share: FilterShare, motion: Motion) {
+    #[cfg_attr(not(target_os = "none"), inline(always))]
+    pub fn update<const VECTOR: bool>(&mut self, share: FilterShare<VECTOR>, motion: Motion) {
         // |counts| <= 2^11: the product fits 31 bits by the choice of FRACTION_BITS; at 250 Hz it is
         // within 45,000 deg/s. A single period divides by one, so it is exact.
         let travelled = motion.counts * COUNT_RATE_STEPS;
@@ -58,7 +64,7 @@ mod tests {
     fn half_of_a_difference_enters_with_a_share_of_a_half() {
         let mut estimate = RateEstimate::default();
         let (counts, periods) = (512, core::num::NonZeroU16::MIN);
-        estimate.update(FilterShare::new(0.5), Motion { counts, periods });
+        estimate.update(<FilterShare>::new(0.5), Motion { counts, periods });
         // 512 counts are 45 deg a period.
         assert_eq!(estimate.rate(), rate(22.5 * f64::from(CONTROL_RATE_HZ)));
     }

@@ -21,20 +21,20 @@ use super::{
 };
 
 /// Limit of the integrator in any case: far beyond any duty.
-pub(super) const INTEGRATOR_END: i32 = 1 << 28;
+const INTEGRATOR_END: i32 = 1 << 28;
 
 /// Coefficients of the rate loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct RateLoop {
+pub struct RateLoop<const VECTOR: bool = false> {
     /// Kp, %/(deg/s), below 2^7.
-    pub proportional: Gain<Rate, Percent>,
+    pub proportional: Gain<Rate, Percent, VECTOR>,
     /// Ki times the control period, %/(deg/s), below 2.
-    pub integral: Gain<Rate, Percent>,
+    pub integral: Gain<Rate, Percent, VECTOR>,
     /// Kaw times the control period, 0 to 1.
-    pub anti_windup: Gain<Percent, Percent>,
+    pub anti_windup: Gain<Percent, Percent, VECTOR>,
     /// Kff, %/(deg/s), below 2^7.
-    pub feed_forward: Gain<Rate, Percent>,
+    pub feed_forward: Gain<Rate, Percent, VECTOR>,
     /// Greatest magnitude of the duty, 0 to 100 %.
     pub duty_limit: Percent,
     /// Greatest change of the duty in one period, 0 to 200 %.
@@ -56,15 +56,32 @@ pub struct LimitedDuty {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct RateLoopState {
-    integrator: Percent,
+    pub(super) integrator: Percent,
     duty: Percent,
     /// The last duty before its limits.
     unlimited: Percent,
 }
 
 impl RateLoopState {
+    /// The state after a step with this duty.
+    #[inline(always)]
+    pub(super) const fn of(integrator: Percent, duty: Percent) -> Self {
+        Self {
+            integrator,
+            duty,
+            unlimited: duty,
+        }
+    }
+
     /// One control period: from commanded and estimated rate to the duty.
-    pub fn step(&mut self, gains: &RateLoop, command: Rate, rate: Rate) -> LimitedDuty {
+    #[cfg_attr(target_os = "none", inline(never))]
+    #[cfg_attr(not(target_os = "none"), inline(always))]
+    pub fn regulate<const VECTOR: bool>(
+        &mut self,
+        gains: &RateLoop<VECTOR>,
+        command: Rate,
+        rate: Rate,
+    ) -> LimitedDuty {
         let error = command - rate;
         let unlimited = self.pi_output(gains, command, rate);
         self.unlimited = unlimited;
@@ -103,7 +120,12 @@ impl RateLoopState {
     }
 
     #[inline(always)]
-    fn pi_output(&self, gains: &RateLoop, command: Rate, rate: Rate) -> Percent {
+    fn pi_output<const VECTOR: bool>(
+        &self,
+        gains: &RateLoop<VECTOR>,
+        command: Rate,
+        rate: Rate,
+    ) -> Percent {
         gains.proportional.times(command - rate)
             + self.integrator
             + gains.feed_forward.times(command)

@@ -7,12 +7,12 @@
 use core::num::NonZeroU16;
 
 use super::{
-    encoder_word::{COUNTS_PER_TURN, EncoderCount},
-    units::{ANGLE_END, Angle, limit_whole},
+    encoder_word::{COUNT_DEG, COUNTS_PER_TURN, EncoderCount},
+    units::{ANGLE_END, Angle, angle, limit_whole},
 };
 
-/// One count in steps of [`Angle`]: 45/512 deg.
-pub const COUNT_STEPS: i64 = 45 << (32 - 9);
+/// One count in steps of [`Angle`]: 45 * 2^23.
+pub const COUNT_STEPS: i64 = angle(COUNT_DEG).to_bits();
 
 /// How the encoder is mounted on the shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -66,7 +66,7 @@ pub struct Motion {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ShaftTracker {
     /// Counts from zero, over all turns; saturates after 70 minutes at 45,000 deg/s.
-    counts: i32,
+    pub(super) counts: i32,
     /// The last valid count.
     last: Option<EncoderCount>,
     /// Control periods without a valid count since then; saturates at 65,535.
@@ -74,7 +74,18 @@ pub struct ShaftTracker {
 }
 
 impl ShaftTracker {
+    /// The tracker after a valid count.
+    #[inline(always)]
+    pub(super) const fn at(counts: i32, last: EncoderCount) -> Self {
+        Self {
+            counts,
+            last: Some(last),
+            missed: 0,
+        }
+    }
+
     /// Takes the valid count of this control period.
+    #[cfg_attr(not(target_os = "none"), inline(always))]
     pub fn update(&mut self, mounting: Mounting, count: EncoderCount) -> Motion {
         let travelled = match self.last {
             None => {
@@ -127,7 +138,6 @@ impl ShaftTracker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::control::units::angle;
 
     const MOUNTING: Mounting = Mounting {
         zero: EncoderCount::new(0),

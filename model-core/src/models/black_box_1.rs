@@ -58,7 +58,7 @@ impl BlackBox1 {
     ///
     /// let mut model = BlackBox1::try_new(Default::default()).unwrap();
     /// for _ in 0..200 {
-    ///     model.step(90.0);
+    ///     model.advance_tick(90.0);
     /// }
     /// // 10 ms at the limit of 240 deg/s.
     /// assert!((model.output(90.0).angle_deg - 2.4).abs() < 1e-12);
@@ -107,7 +107,7 @@ impl ActuatorModel for BlackBox1 {
     }
 
     #[inline]
-    fn step(&mut self, command_deg: f64) {
+    fn advance_tick(&mut self, command_deg: f64) {
         let p = &self.parameters;
         let target_deg = p.target_deg(command_deg);
         let [angle_deg] = rk4::step([self.angle_deg], TICK_S, |[angle_deg]| {
@@ -140,7 +140,7 @@ mod tests {
             let exact = 5.0 * (1.0 - libm::exp(-30.0 * crate::time::seconds(tick)));
             // Local error (p h)^5/120 = 6e-17 per tick, rounding 4e-16 per tick: below 1e-12.
             assert!((model.output(5.0).angle_deg - exact).abs() < 1e-12);
-            model.step(5.0);
+            model.advance_tick(5.0);
         }
     }
 

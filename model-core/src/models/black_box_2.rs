@@ -85,7 +85,7 @@ impl BlackBox2 {
     ///
     /// let mut model = BlackBox2::try_new(Default::default()).unwrap();
     /// for _ in 0..20_000 {
-    ///     model.step(90.0);
+    ///     model.advance_tick(90.0);
     /// }
     /// assert!((model.output(90.0).angle_deg - 90.0).abs() < 1e-3);
     /// ```
@@ -156,7 +156,7 @@ impl ActuatorModel for BlackBox2 {
     }
 
     #[inline]
-    fn step(&mut self, command_deg: f64) {
+    fn advance_tick(&mut self, command_deg: f64) {
         let (p, form) = (&self.parameters, self.form);
         let target_deg = p.gain * command_deg + p.offset_deg;
         let [angle, mut rate] = rk4::step([self.angle_deg, self.rate_deg_s], TICK_S, |state| {
@@ -192,7 +192,7 @@ mod tests {
                 let exact = second_order_step(30.0, 0.9, crate::time::seconds(tick));
                 // Rounding of at most 4e-16 per tick over 20,000 ticks.
                 assert!((model.output(1.0).angle_deg - exact).abs() < 1e-11);
-                model.step(1.0);
+                model.advance_tick(1.0);
             }
         }
     }
@@ -232,7 +232,7 @@ mod tests {
         assert_eq!(angle_after(&mut model, 300.0, 20_000), 180.0);
         assert_eq!(model.output(300.0).rate_deg_s, 0.0);
         // The motion away from the stop starts from rest: w = -A 180 h + O(h^2) after a tick.
-        model.step(0.0);
+        model.advance_tick(0.0);
         let rate = model.output(0.0).rate_deg_s;
         assert!((rate + 900.0 * 180.0 * TICK_S).abs() < 0.02, "{rate}");
         assert_eq!(angle_after(&mut model, -300.0, 40_000), -180.0);

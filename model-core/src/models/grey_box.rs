@@ -235,7 +235,7 @@ impl ActuatorModel for GreyBox {
     }
 
     #[inline]
-    fn step(&mut self, command_deg: f64) {
+    fn advance_tick(&mut self, command_deg: f64) {
         self.step_for(Demand::Angle(command_deg));
     }
 }
@@ -265,7 +265,7 @@ mod tests {
             let exact = second_order_step(natural_rad_s, damping, crate::time::seconds(tick));
             // Rounding of at most 4e-16 per tick over 20,000 ticks.
             assert!((model.output(1.0).angle_deg - exact).abs() < 1e-11);
-            model.step(1.0);
+            model.advance_tick(1.0);
         }
     }
 

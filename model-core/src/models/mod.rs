@@ -45,5 +45,5 @@ pub trait ActuatorModel {
     fn output(&self, command_deg: f64) -> Output;
 
     /// Advances one tick with `command_deg` held.
-    fn step(&mut self, command_deg: f64);
+    fn advance_tick(&mut self, command_deg: f64);
 }

@@ -13,7 +13,7 @@ use std::vec::Vec;
 /// Angle after `ticks` with the command held, deg.
 pub(super) fn angle_after(model: &mut impl ActuatorModel, command_deg: f64, ticks: u32) -> f64 {
     for _ in 0..ticks {
-        model.step(command_deg);
+        model.advance_tick(command_deg);
     }
     model.output(command_deg).angle_deg
 }
@@ -22,7 +22,7 @@ pub(super) fn angle_after(model: &mut impl ActuatorModel, command_deg: f64, tick
 pub(super) fn ramp_lag_s(model: &mut impl ActuatorModel, slope_deg_s: f64) -> f64 {
     let command_deg = |tick: u32| slope_deg_s * f64::from(tick) * TICK_S;
     for tick in 0..40_000 {
-        model.step(command_deg(tick));
+        model.advance_tick(command_deg(tick));
     }
     let angle_deg = model.output(command_deg(40_000)).angle_deg;
     (command_deg(40_000) - angle_deg) / slope_deg_s
@@ -92,7 +92,7 @@ proptest! {
         for model in &mut limited(up, down, stop) {
             for (command_deg, ticks) in &commands {
                 for _ in 0..*ticks {
-                    model.step(*command_deg);
+                    model.advance_tick(*command_deg);
                     let seen = model.output(0.0);
                     prop_assert!((-stop..=stop).contains(&seen.angle_deg), "{seen:?}");
                     prop_assert!((-down..=up).contains(&seen.rate_deg_s), "{seen:?}");
@@ -109,7 +109,7 @@ proptest! {
         let infinite = f64::INFINITY;
         for model in &mut limited(infinite, infinite, infinite) {
             for command_deg in &commands {
-                model.step(*command_deg);
+                model.advance_tick(*command_deg);
                 prop_assert!(model.output(0.0).angle_deg.is_finite());
             }
         }
@@ -120,10 +120,10 @@ proptest! {
 fn a_nan_command_leaves_the_state_unchanged() {
     for model in &mut limited(240.0, 350.0, 180.0) {
         for _ in 0..1000 {
-            model.step(30.0);
+            model.advance_tick(30.0);
         }
         let before = model.output(30.0);
-        model.step(f64::NAN);
+        model.advance_tick(f64::NAN);
         assert_eq!(model.output(30.0), before);
         assert_eq!(model.output(f64::NAN).angle_deg, before.angle_deg);
     }

@@ -6,6 +6,7 @@
 use super::PlantState;
 use crate::{
     actuator::{PlantKind, Settings},
+    limits::{greater, lesser},
     parameter::ParameterError,
 };
 
@@ -114,18 +115,6 @@ impl<const N: usize> Extremes<N> {
         self.greatest
             .set(lane, greater_of(state, self.greatest.of(lane)));
     }
-}
-
-/// The second of equal numbers; `f64::min` handles NaN in addition.
-#[inline(always)]
-pub(super) fn lesser(a: f64, b: f64) -> f64 {
-    if a < b { a } else { b }
-}
-
-/// The second of equal numbers.
-#[inline(always)]
-pub(super) fn greater(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }
 
 /// The lesser angle and the lesser rate.

@@ -59,7 +59,7 @@ pub(super) struct Winding {
 #[derive(Debug, Clone, Copy)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(super) struct Step {
-    step_s: f64,
+    pub step_s: f64,
     /// `E`, the share of the current at the start in that at the end.
     pub left: f64,
     /// `(1 - E)/R`, the current at the end per voltage.
@@ -133,10 +133,17 @@ impl Winding {
     /// The same with this voltage at the terminals during the whole step.
     #[inline(always)]
     pub fn advance_driven(&mut self, voltage_v: f64, back_emf_v: f64, step: &Step) -> f64 {
-        let start_a = self.current_a;
-        let drop_v = voltage_v - back_emf_v;
-        self.current_a = start_a * step.left + drop_v * step.gain_s;
-        start_a * step.mean_left + drop_v * step.mean_gain_s
+        step.advance(&mut self.current_a, voltage_v - back_emf_v)
+    }
+}
+
+impl Step {
+    /// Advances a current with this voltage at resistance and inductance; returns its mean, A.
+    #[inline(always)]
+    pub fn advance(&self, current_a: &mut f64, drop_v: f64) -> f64 {
+        let start_a = *current_a;
+        *current_a = start_a * self.left + drop_v * self.gain_s;
+        start_a * self.mean_left + drop_v * self.mean_gain_s
     }
 }
 

@@ -52,6 +52,12 @@ crate::parameters! {
     }
 }
 
+/// The budget of M1.
+#[inline(always)]
+pub(super) fn viscous_nm(coulomb_nm: f64, viscous_nm_s: f64, rate_rad_s: f64) -> f64 {
+    coulomb_nm + viscous_nm_s * rate_rad_s.abs()
+}
+
 /// The friction budget.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -114,14 +120,13 @@ impl Friction {
     pub fn budget_nm(&self, rate_rad_s: f64, motor_nm: f64, external_nm: f64) -> f64 {
         let p = &self.coefficients;
         if self.is_viscous {
-            return p.coulomb_friction_nm + self.viscous_nm_s * rate_rad_s.abs();
+            return viscous_nm(p.coulomb_friction_nm, self.viscous_nm_s, rate_rad_s);
         }
         let load = |external: f64, motor: f64| (external * external_nm - motor * motor_nm).abs();
         let at_rest_nm = p.stribeck_friction_nm
             + load(p.load_stribeck_external, p.load_stribeck_motor)
             + self.quadratic_nm(motor_nm, external_nm);
-        p.coulomb_friction_nm
-            + self.viscous_nm_s * rate_rad_s.abs()
+        viscous_nm(p.coulomb_friction_nm, self.viscous_nm_s, rate_rad_s)
             + load(p.load_friction_external, p.load_friction_motor)
             + self.stribeck_nm(rate_rad_s, at_rest_nm)
     }

@@ -20,8 +20,7 @@ use core::{array::from_fn, f64::consts::PI};
 
 use super::friction::Friction;
 use super::load::Load;
-use crate::limits::within;
-
+use crate::limits::{greater, lesser, limited};
 use crate::time::TICK_S;
 
 crate::parameters! {
@@ -93,19 +92,71 @@ impl Joint {
     #[inline(always)]
     fn torque_nm(&self, first: &Body, second: &Body) -> f64 {
         let lead_rad = first.angle_rad - second.angle_rad;
-        let gap = self.half_gap_rad;
         let damping_nm = self.damping_nm_s * (first.rate_rad_s - second.rate_rad_s);
+        let gap = self.half_gap_rad;
+        let offset_rad = if lead_rad < 0.0 { -gap } else { gap };
+        let torque_nm = self.stiffness_nm * (lead_rad - offset_rad) + damping_nm;
         if gap == 0.0 {
-            return self.stiffness_nm * lead_rad + damping_nm;
+            return torque_nm;
         }
         // Flanks with backlash push but do not pull.
         if lead_rad > gap {
-            (self.stiffness_nm * (lead_rad - gap) + damping_nm).max(0.0)
+            greater(torque_nm, 0.0)
         } else if lead_rad < -gap {
-            (self.stiffness_nm * (lead_rad + gap) + damping_nm).min(0.0)
+            lesser(torque_nm, 0.0)
         } else {
             0.0
         }
+    }
+}
+
+/// What equal steps of a train have in common.
+#[derive(Debug, Clone, Copy)]
+struct Step<const COUNT: usize> {
+    step_s: f64,
+    /// With the damping of the load.
+    inertias_kg_m2: [f64; COUNT],
+    inverses_1_kg_m2: [f64; COUNT],
+    joints: [Joint; 2],
+    bearing_nm: [f64; COUNT],
+    output: usize,
+    stop_rad: f64,
+}
+
+impl<const COUNT: usize> Step<COUNT> {
+    /// Advances the bodies by a step; returns the momentum that friction takes from each.
+    /// `gearbox_nm` gives the budget of friction for the motor's rate and the torque behind it.
+    #[inline(always)]
+    fn advance(
+        &self,
+        bodies: &mut [Body; COUNT],
+        motor_nm: f64,
+        load: &Load,
+        gearbox_nm: impl Fn(f64, f64) -> f64,
+    ) -> [f64; COUNT] {
+        // behind[i] acts on body i from its load side, and on the next from its motor side.
+        let mut behind = [-load_nm(load, &bodies[COUNT - 1]); COUNT];
+        for i in 1..COUNT {
+            behind[i - 1] = self.joints[i - 1].torque_nm(&bodies[i - 1], &bodies[i]);
+        }
+        let gearbox_nm = gearbox_nm(bodies[0].rate_rad_s, -behind[0]);
+        let mut taken = [0.0; COUNT];
+        for i in 0..COUNT {
+            let before = if i == 0 { motor_nm } else { behind[i - 1] };
+            let gearbox = if i == 0 { gearbox_nm } else { 0.0 };
+            let budget = (gearbox + self.bearing_nm[i]) * self.step_s;
+            let body = &mut bodies[i];
+            let momentum =
+                self.inertias_kg_m2[i] * body.rate_rad_s + (before - behind[i]) * self.step_s;
+            taken[i] = limited(momentum, budget);
+            body.rate_rad_s = (momentum - taken[i]) * self.inverses_1_kg_m2[i];
+            body.angle_rad += body.rate_rad_s * self.step_s;
+            // An index that varies would keep the bodies out of registers.
+            if i == self.output {
+                stop(body, self.stop_rad);
+            }
+        }
+        taken
     }
 }
 
@@ -290,42 +341,27 @@ impl GearTrain {
         mut motor_nm: impl FnMut(f64) -> f64,
     ) {
         let mut bodies: [Body; COUNT] = from_fn(|i| self.bodies[i]);
-        let (joints, output) = (self.joints, self.output.min(COUNT - 1));
-        let inertias: [f64; COUNT] = from_fn(|i| {
-            let is_last = i + 1 == COUNT;
-            bodies[i].damped_inertia_kg_m2(is_last, load, step_s)
-        });
-        // Not divided by in each step: a division is on the longest path through it.
-        let inverses: [f64; COUNT] = from_fn(|i| 1.0 / inertias[i]);
+        let inertias = from_fn(|i| bodies[i].damped_inertia_kg_m2(i + 1 == COUNT, load, step_s));
         // An infinite friction holds a jammed train.
         let held_nm = if self.is_jammed { f64::INFINITY } else { 0.0 };
-        let bearing_nm: [f64; COUNT] =
-            from_fn(|i| held_nm + if i == output { self.bearing_nm } else { 0.0 });
+        let output = self.output.min(COUNT - 1);
+        let step = Step {
+            step_s,
+            inertias_kg_m2: inertias,
+            // Not divided by in each step: a division is on the longest path through it.
+            inverses_1_kg_m2: inertias.map(|inertia_kg_m2| 1.0 / inertia_kg_m2),
+            joints: self.joints,
+            bearing_nm: from_fn(|i| held_nm + if i == output { self.bearing_nm } else { 0.0 }),
+            output,
+            stop_rad: self.stop_rad,
+        };
+        let friction = &self.friction;
         let mut taken = [0.0; COUNT];
         for _ in 0..steps {
             let motor_nm = motor_nm(bodies[0].rate_rad_s);
-            // behind[i] acts on body i from its load side, and on the next from its motor side.
-            let mut behind = [-load_nm(load, &bodies[COUNT - 1]); COUNT];
-            for i in 1..COUNT {
-                behind[i - 1] = joints[i - 1].torque_nm(&bodies[i - 1], &bodies[i]);
-            }
-            let gearbox_nm = self
-                .friction
-                .budget_nm(bodies[0].rate_rad_s, motor_nm, -behind[0]);
-            for i in 0..COUNT {
-                let before = if i == 0 { motor_nm } else { behind[i - 1] };
-                let gearbox = if i == 0 { gearbox_nm } else { 0.0 };
-                let budget = (gearbox + bearing_nm[i]) * step_s;
-                let body = &mut bodies[i];
-                let momentum = inertias[i] * body.rate_rad_s + (before - behind[i]) * step_s;
-                taken[i] = within(momentum, -budget, budget);
-                body.rate_rad_s = (momentum - taken[i]) * inverses[i];
-                body.angle_rad += body.rate_rad_s * step_s;
-                // An index that varies would keep the bodies out of registers.
-                if i == output {
-                    stop(body, self.stop_rad);
-                }
-            }
+            taken = step.advance(&mut bodies, motor_nm, load, |rate_rad_s, external_nm| {
+                friction.budget_nm(rate_rad_s, motor_nm, external_nm)
+            });
         }
         self.bodies[..COUNT].copy_from_slice(&bodies);
         self.friction_nm = 0.0;
@@ -388,7 +424,7 @@ impl GearTrain {
             .map(|b| b.inertia_kg_m2 * b.rate_rad_s * b.rate_rad_s / 2.0);
         let elastic = bodies.windows(2).zip(&self.joints).map(|(pair, joint)| {
             let lead = pair[0].angle_rad - pair[1].angle_rad;
-            let twist = lead - within(lead, -joint.half_gap_rad, joint.half_gap_rad);
+            let twist = lead - limited(lead, joint.half_gap_rad);
             joint.stiffness_nm * twist * twist / 2.0
         });
         kinetic.chain(elastic).sum()
@@ -399,13 +435,14 @@ impl GearTrain {
 #[inline(always)]
 fn stop(body: &mut Body, stop_rad: f64) {
     if body.angle_rad.abs() > stop_rad {
-        body.angle_rad = within(body.angle_rad, -stop_rad, stop_rad);
+        body.angle_rad = limited(body.angle_rad, stop_rad);
         if body.angle_rad * body.rate_rad_s > 0.0 {
             body.rate_rad_s = 0.0;
         }
     }
 }
 
+#[inline(always)]
 fn load_nm(load: &Load, body: &Body) -> f64 {
     load.torque_nm(body.angle_rad) - load.damping_nm_s * body.rate_rad_s
 }

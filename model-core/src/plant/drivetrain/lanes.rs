@@ -12,7 +12,7 @@
 use core::array::from_fn;
 
 use super::gear_train::lanes::{Chain, TrainLanes};
-use super::{Drivetrain, or_rest, state};
+use super::{Drivetrain, electrical, or_rest, state};
 use crate::actuator::{PlantKind, Settings};
 use crate::parameter::ParameterError;
 use crate::plant::lanes::{Extremes, PlantLanes, STEPS, States, float, greater_of, lesser_of};
@@ -79,13 +79,19 @@ impl<const N: usize> Windings<N> {
     /// Advances a winding by a step, if it is taken; returns the torque of its motor at the output,
     /// Nm.
     #[inline(always)]
-    fn step(&mut self, lane: usize, terminal_v: f64, rate_rad_s: f64, is_taken: bool) -> f64 {
-        let start_a = self.current_a[lane];
-        let drop_v = terminal_v - self.constant_nm_a[lane] * rate_rad_s;
-        let end_a = start_a * self.left[lane] + drop_v * self.gain_s[lane];
-        self.current_a[lane] = if is_taken { end_a } else { start_a };
-        let mean_a = start_a * self.mean_left[lane] + drop_v * self.mean_gain_s[lane];
-        self.constant_nm_a[lane] * mean_a
+    fn advance(&mut self, lane: usize, terminal_v: f64, rate_rad_s: f64, is_taken: bool) -> f64 {
+        let step = electrical::Step {
+            step_s: 0.0,
+            left: self.left[lane],
+            gain_s: self.gain_s[lane],
+            mean_left: self.mean_left[lane],
+            mean_gain_s: self.mean_gain_s[lane],
+        };
+        let (old_a, constant_nm_a) = (self.current_a[lane], self.constant_nm_a[lane]);
+        let mut current_a = old_a;
+        let mean_a = step.advance(&mut current_a, terminal_v - constant_nm_a * rate_rad_s);
+        self.current_a[lane] = if is_taken { current_a } else { old_a };
+        constant_nm_a * mean_a
     }
 }
 
@@ -148,13 +154,13 @@ impl<const N: usize> DrivetrainLanes<N> {
             }
             for _ in 0..least {
                 for lane in 0..N {
-                    self.step::<COUNT, OUTPUT>(lane, level_v[lane], true);
+                    self.advance::<COUNT, OUTPUT>(lane, level_v[lane], true);
                 }
             }
             for step in least..most {
                 for lane in 0..N {
                     let is_taken = step < self.steps[lane];
-                    self.step::<COUNT, OUTPUT>(lane, level_v[lane], is_taken);
+                    self.advance::<COUNT, OUTPUT>(lane, level_v[lane], is_taken);
                 }
             }
         }
@@ -172,15 +178,16 @@ impl<const N: usize> DrivetrainLanes<N> {
     }
 
     #[inline(always)]
-    fn step<const COUNT: usize, const OUTPUT: usize>(
+    fn advance<const COUNT: usize, const OUTPUT: usize>(
         &mut self,
         lane: usize,
         level_v: f64,
         is_taken: bool,
     ) {
         let rate_rad_s = self.train.motor_rad_s(lane);
-        let motor_nm = self.windings.step(lane, level_v, rate_rad_s, is_taken);
-        self.train.step::<COUNT, OUTPUT>(lane, motor_nm, is_taken);
+        let motor_nm = self.windings.advance(lane, level_v, rate_rad_s, is_taken);
+        self.train
+            .advance::<COUNT, OUTPUT>(lane, motor_nm, is_taken);
     }
 
     /// Includes the present states.

@@ -49,7 +49,21 @@ impl Load {
         }
     }
 
+    /// A load without a pendulum, whose constant torque includes what was recorded.
+    #[inline(always)]
+    pub const fn without_pendulum(constant_nm: f64, hinge_nm_rad: f64, damping_nm_s: f64) -> Self {
+        Self {
+            constant_nm,
+            hinge_nm_rad,
+            damping_nm_s,
+            weight_nm: 0.0,
+            inertia_kg_m2: 0.0,
+            recorded_nm: 0.0,
+        }
+    }
+
     /// The torque at this angle without damping.
+    #[inline(always)]
     pub fn torque_nm(&self, angle_rad: f64) -> f64 {
         let weight_nm = if self.weight_nm == 0.0 {
             0.0

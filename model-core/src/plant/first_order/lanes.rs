@@ -13,10 +13,9 @@ use core::array::from_fn;
 
 use super::{FirstOrder, Motion, Response, free_end, motion::TIMES_S, reach_deg};
 use crate::actuator::{PlantKind, Settings};
+use crate::limits::{greater, lesser};
 use crate::parameter::ParameterError;
-use crate::plant::lanes::{
-    Extremes, PlantLanes, STEPS, States, float, greater, greater_of, lesser, lesser_of,
-};
+use crate::plant::lanes::{Extremes, PlantLanes, STEPS, States, float, greater_of, lesser_of};
 use crate::plant::{PERIOD, PlantState, Pwm};
 use crate::time::{CONTROL_PERIOD_TICKS, TICK_S};
 
@@ -31,9 +30,6 @@ const MOVING_DEG_S: f64 = 1e-5;
 /// two to an angle.
 const ROUNDING_DEG: f64 = 2e-11;
 
-/// Above it a gain over [`STEPS`] is exact, and so are its products with any duty.
-const LEAST_GAIN: f64 = 1e-290;
-
 /// Motors that are driven by the mean voltage and have no rate limits.
 #[derive(Debug, Clone)]
 pub struct MotorLanes<const N: usize> {
@@ -42,7 +38,7 @@ pub struct MotorLanes<const N: usize> {
     /// `D` after the last but one tick of a period, and after the last.
     decay_19: [f64; N],
     decay_20: [f64; N],
-    /// Steady rate per step of the duty, 2^-32 %.
+    /// Steady rate per duty, (deg/s)/%.
     gain_up: [f64; N],
     gain_down: [f64; N],
     limit_deg: [f64; N],
@@ -66,16 +62,14 @@ struct Drive<const N: usize> {
 }
 
 impl<const N: usize> MotorLanes<N> {
-    /// These motors, at rest at zero; `None` if one of them has a rate limit, a bridge that
-    /// switches or a gain near zero.
+    /// These motors, at rest at zero; `None` if one of them has a rate limit or a bridge that
+    /// switches.
     pub fn new(motors: [FirstOrder; N]) -> Option<Self> {
         let is_plain = |motor: &FirstOrder| {
             let p = &motor.parameters;
             motor.pwm == Pwm::Average
                 && p.rate_limit_up_deg_s == f64::INFINITY
                 && p.rate_limit_down_deg_s == f64::INFINITY
-                && p.motor_gain_up > LEAST_GAIN
-                && p.motor_gain_down > LEAST_GAIN
         };
         if !motors.iter().all(is_plain) {
             return None;
@@ -90,8 +84,8 @@ impl<const N: usize> MotorLanes<N> {
             tau_s: from_fn(|lane| motors[lane].lag.tau_s),
             decay_19: from_fn(|lane| motors[lane].lag.decay[PERIOD - 1]),
             decay_20: from_fn(|lane| motors[lane].lag.decay[PERIOD]),
-            gain_up: from_fn(|lane| motors[lane].parameters.motor_gain_up / STEPS),
-            gain_down: from_fn(|lane| motors[lane].parameters.motor_gain_down / STEPS),
+            gain_up: from_fn(|lane| motors[lane].parameters.motor_gain_up),
+            gain_down: from_fn(|lane| motors[lane].parameters.motor_gain_down),
             limit_deg: from_fn(|lane| motors[lane].parameters.position_limit_deg),
             drives: [drive; 2],
             start: rest,
@@ -103,8 +97,7 @@ impl<const N: usize> MotorLanes<N> {
         Some(lanes)
     }
 
-    /// What these duties, within +-100 %, do. The sums of [`Motion::after`] from rest at zero
-    /// without the zeros; no target is a negative zero, as no gain is zero.
+    /// What these duties, within +-100 %, do: as [`Response::new`].
     #[inline(always)]
     fn set_duty(&mut self, duty: &[i64; N]) {
         let [_, drive] = &mut self.drives;
@@ -114,14 +107,11 @@ impl<const N: usize> MotorLanes<N> {
             } else {
                 self.gain_down[lane]
             };
-            // The division by the steps is part of the gain: a power of two rounds nothing.
-            let target_deg_s = gain * float(duty[lane]);
-            let (decay, tau_s) = (self.decay_20[lane], self.tau_s[lane]);
-            drive.target_deg_s[lane] = target_deg_s;
-            drive.forced.rate_deg_s[lane] = -target_deg_s * decay;
-            drive.forced.angle_deg[lane] =
-                target_deg_s * TIMES_S[PERIOD] - tau_s * -target_deg_s * decay;
             drive.duty[lane] = duty[lane];
+            drive.target_deg_s[lane] = gain * (float(duty[lane]) / STEPS);
+            let motion = drive.motion(lane);
+            let end = motion.after(TIMES_S[PERIOD], self.decay_20[lane], self.tau_s[lane]);
+            drive.forced.set(lane, end);
         }
     }
 
