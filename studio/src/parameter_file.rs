@@ -40,7 +40,7 @@ fn is_setting(row: &Row) -> bool {
 /// # Errors
 /// If the dictionary of the firmware cannot be read.
 pub fn dcf(values: &Map<String, Value>, node: u8, kbit_s: u16) -> Result<String, String> {
-    let files = actuator::files().map_err(|error| error.to_string())?;
+    let files = actuator::documents().map_err(|error| error.to_string())?;
     let eds = files.iter().find(|(path, _)| path.ends_with(".eds"));
     let eds = eds.map_or("", |(_, eds)| eds);
     let mut out = String::new();

@@ -9,10 +9,9 @@ const COUNTS: &str = "## Counts\n";
 
 /// The part with the times, as Markdown: the last entry of each processor, the newest first.
 pub fn times(entries: &[Entry]) -> String {
-    let mut text = "# Figures\n\nWritten by `cargo run --release -p figures`.\n\n## Times\n\nTimes depend \
-         on the machine and on what else it does: they stand here by processor, and the least and the \
-         greatest value of several runs, with pauses between them, tell how far a figure can be \
-         trusted. s/s are simulated seconds per second; a ratio above one is in favour of the first. \
+    let mut text = "# Figures\n\nWritten by `cargo run --release -p figures`.\n\n## Times\n\nSeveral \
+         runs on each processor, with pauses between them; times depend on the machine and its load. \
+         s/s are simulated seconds per second; a ratio above one is in favour of the first. \
          Rivals in C alternate with this program in each run. `figures.jsonl` keeps all \
          measurements.\n\n![All measurements on the processor of the last one](figures.svg)\n"
         .to_owned();
