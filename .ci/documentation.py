@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Documents all packages; fails on a warning.
+"""Documents all packages, or those of the workspace of another manifest; fails on a warning.
 
 Examples too: only with them does cargo give the dependencies the features of the tests, with which
 clippy has checked them already. A program that is named as the library of its package has no
@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 
+MANIFEST = [f"--manifest-path={path}" for path in sys.argv[1:]]
 LIBRARIES = {"lib", "rlib", "cdylib", "staticlib"}
 
 
@@ -24,9 +25,9 @@ def programs(package):
 
 
 def main():
-    command = ["cargo", "metadata", "--format-version", "1", "--locked", "--no-deps"]
+    command = ["cargo", "metadata", "--format-version", "1", "--locked", "--no-deps"] + MANIFEST
     packages = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)["packages"]
-    command = ["cargo", "doc", "--workspace", "--no-deps", "--ignore-rust-version", "--locked", "--lib", "--examples"]
+    command = ["cargo", "doc", "--workspace", "--no-deps", "--ignore-rust-version", "--locked", "--lib", "--examples"] + MANIFEST
     command += [f"--bin={name}" for package in packages for name in programs(package)]
     return subprocess.run(command, env={**os.environ, "RUSTDOCFLAGS": "-D warnings"}).returncode
 

@@ -1,5 +1,8 @@
 #!/usr/bin/env python3
-"""Fails if the licence of a dependency is not compatible with MIT OR Apache-2.0."""
+"""Fails if the licence of a dependency is not compatible with MIT OR Apache-2.0.
+
+Of this workspace, or of that of another manifest.
+"""
 import json
 import re
 import subprocess
@@ -29,6 +32,7 @@ def allowed(expression):
 
 def main():
     command = ["cargo", "metadata", "--format-version", "1", "--locked"]
+    command += [f"--manifest-path={path}" for path in sys.argv[1:]]
     packages = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)["packages"]
     refused = [
         f"{p['name']} {p['version']}: {p['license'] or 'no licence named'}"

@@ -181,6 +181,7 @@ fn every_claim_of_conformance_names_a_test_that_exists() {
 #[test]
 fn every_mechanism_against_a_hazard_names_a_test_that_exists() {
     let tests = declared(&[
+        "assurance",
         "boot",
         "canopen",
         "firmware",

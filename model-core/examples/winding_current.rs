@@ -1,5 +1,5 @@
 //! Prints the winding's current of the board plant as CSV: stalled and turning, at duties of both
-//! signs. `tests/circuit/compare.py` holds it against a circuit simulation.
+//! signs. `assurance/circuit/compare.py` holds it against a circuit simulation.
 
 use model_core::plant::board::{BoardPlant, BoardPlantOptions, Bridge, Slot};
 

@@ -12,6 +12,7 @@ mod c_library;
 mod checksums;
 mod components;
 mod error;
+mod evidence;
 mod pages;
 mod program;
 mod release_notes;
@@ -112,7 +113,11 @@ fn run(options: Options) -> Result<(), Error> {
     let changes = fs::read_to_string(&changes).map_err(at(&changes))?;
     let boards = out.join("boards");
     let is_made = parts.contains(&Part::Boards);
-    release_notes::write(&changes, is_made.then_some(&boards), &out)?;
+    let stale = evidence::stale();
+    if stale.is_some() {
+        println!("unverified: the release notes list the stale experiments");
+    }
+    release_notes::write(&changes, is_made.then_some(&boards), stale.as_deref(), &out)?;
     checksums::write(&out)?;
     println!("{}", out.display());
     Ok(())

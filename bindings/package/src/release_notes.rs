@@ -1,4 +1,4 @@
-//! The release notes: what has changed, and the checksums of what is flashed.
+//! The release notes: what has changed, what is not verified, and the checksums of what is flashed.
 
 use std::{fs, path::Path};
 
@@ -12,6 +12,14 @@ const NAME: &str = "RELEASE-NOTES.md";
 /// name folders.
 const REPRODUCIBLE: [&str; 2] = ["bin", "img"];
 
+/// Begin of the list of stale experiments.
+const UNVERIFIED: &str = "
+## Unverified
+
+These experiments of `assurance/evidence.toml` have not run with the sources of this release:
+
+";
+
 /// Begin of the list of checksums.
 const SUMS: &str = "
 ## SHA-256 of the boards' programs
@@ -22,12 +30,20 @@ The same source, toolchain and key give the same bytes.
 |---|---|
 ";
 
-/// Writes the notes of this version from the list of all changes. They have the checksums of the
-/// boards' programs in this folder, if there is one.
-pub fn write(changes: &str, boards: Option<&Path>, out: &Path) -> Result<(), Error> {
+/// Writes the notes of this version from the list of all changes. They have the stale experiments,
+/// if there are any, and the checksums of the boards' programs in this folder, if there is one.
+pub fn write(
+    changes: &str,
+    boards: Option<&Path>,
+    stale: Option<&str>,
+    out: &Path,
+) -> Result<(), Error> {
     let version = env!("CARGO_PKG_VERSION");
     let section = section(changes, version).ok_or(Error::NoChanges(version))?;
     let mut text = format!("# {section}\n");
+    if let Some(stale) = stale {
+        text += &format!("{UNVERIFIED}```text\n{stale}\n```\n");
+    }
     if let Some(folder) = boards {
         text += SUMS;
         text += &sums(folder)?;
@@ -71,7 +87,7 @@ mod tests {
             "# Changes\n\n## 99.0.0\n\nLater.\n\n## {version}\n\nThis.\n\n## 0.0.1\n\nOld.\n"
         );
         let notes = |boards| {
-            write(&changes, boards, folder.path()).expect("the notes");
+            write(&changes, boards, None, folder.path()).expect("the notes");
             fs::read_to_string(folder.path().join(NAME)).expect("the file")
         };
         assert_eq!(notes(None), format!("# {version}\n\nThis.\n"));
@@ -84,13 +100,18 @@ mod tests {
         let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
         let rows = format!("|---|---|\n| `a.bin` | `{sum}` |\n| `b.img` | `{sum}` |\n");
         assert!(notes(Some(&boards)).ends_with(&rows));
+        let stale = Some("stale  campaign: no flip is silent");
+        write(&changes, Some(&boards), stale, folder.path()).expect("the notes");
+        let text = fs::read_to_string(folder.path().join(NAME)).expect("the file");
+        assert!(text.contains("\n## Unverified\n") && text.contains("\nstale  campaign: "));
+        assert!(text.ends_with(&rows));
     }
 
     #[test]
     fn a_version_without_changes_and_a_folder_that_is_missing_are_errors() {
         let folder = tempfile::tempdir().expect("a folder");
         let missing = folder.path().join("boards");
-        let write = |changes, boards| write(changes, boards, folder.path());
+        let write = |changes, boards| write(changes, boards, None, folder.path());
         assert!(matches!(
             write("# Changes\n", None),
             Err(Error::NoChanges(_))
