@@ -3,8 +3,9 @@
 use bootloader::{ACTUATOR_BOARD, Outcome, Policy, Version};
 use canopen::dictionary::Address;
 use canopen::{Application as _, CanFrame};
+use firmware::actuator::Actuator;
 use firmware::application::{Bridge, Outputs, Samples, Start};
-use firmware::drive::{Device, Slots, StageError, StoredParameters, UpdateOrder};
+use firmware::drive::{Slots, StageError, StoredParameters, UpdateOrder};
 use model_core::plant::first_order::{FirstOrder, FirstOrderParameters};
 use model_core::plant::{Plant, Pwm};
 use model_core::sensors::adc::AdcCode;
@@ -50,7 +51,7 @@ fn slots(capacity: u32) -> Slots {
 /// A device with node-ID 1 and its motor.
 #[derive(Debug)]
 pub struct Bench<'a> {
-    device: Device<'a>,
+    actuator: Actuator<'a>,
     plant: FirstOrder,
     encoder: Encoder,
     duty_pct: f64,
@@ -72,10 +73,10 @@ impl<'a> Bench<'a> {
             ..FirstOrderParameters::DEFAULT
         };
         let capacity = size_of_val(buffer) as u32;
-        let mut device = Device::new(StoredParameters::DEFAULT, Start::default(), buffer, 0);
-        device.drive.set_slots(slots(capacity));
+        let mut actuator = Actuator::new(StoredParameters::DEFAULT, Start::default(), buffer, 0);
+        actuator.device.drive.set_slots(slots(capacity));
         Self {
-            device,
+            actuator,
             plant: FirstOrder::try_new(motor, Pwm::Average).expect("the default motor"),
             encoder: Encoder::new(Default::default(), Noise::new(0, 0)),
             duty_pct: 0.0,
@@ -96,7 +97,7 @@ impl<'a> Bench<'a> {
         match action {
             Action::Frame(frame) => {
                 self.oracle.receive(&frame);
-                self.device.receive(&frame, self.now_us);
+                self.actuator.receive(&frame, self.now_us);
                 self.transmit();
             }
             Action::Periods(count, disturbance) => {
@@ -111,19 +112,19 @@ impl<'a> Bench<'a> {
     /// # Panics
     /// If the parameters are invalid.
     pub fn end(self) -> Summary {
-        let parameters = self.device.drive.application().parameters();
+        let parameters = self.actuator.device.drive.parameters();
         assert_eq!(parameters.check(), Ok(()), "the parameters are valid");
         self.oracle.summary()
     }
 
     fn step(&mut self, disturbance: &Disturbance) {
-        let settings = *self.device.drive.application().parameters();
+        let settings = *self.actuator.device.drive.parameters();
         let duty_limit_pct = self.duty_limit_pct();
         let samples = self.samples(disturbance);
         self.now_us += u64::from(CONTROL_PERIOD_US) * (1 + u64::from(samples.missed_periods));
-        let outputs = self.device.step(&samples, self.now_us);
+        let outputs = self.actuator.step(&samples, self.now_us);
         if disturbance.is_late {
-            self.device.drive.was_late();
+            self.actuator.was_late();
         }
         self.oracle.check(&Period {
             settings,
@@ -136,13 +137,13 @@ impl<'a> Bench<'a> {
         }
         self.write_flash();
         self.update(&outputs);
-        let _ = self.device.drive.take_bit_rate();
+        let _ = self.actuator.device.drive.take_bit_rate();
         self.transmit();
     }
 
     /// Object 60F9h:06, as a master reads it.
     fn duty_limit_pct(&mut self) -> f64 {
-        let bits = self.device.drive.read(Address::new(0x60f9, 6));
+        let bits = self.actuator.device.drive.read(Address::new(0x60f9, 6));
         f64::from(f32::from_bits(bits.expect("the object exists") as u32))
     }
 
@@ -184,12 +185,12 @@ impl<'a> Bench<'a> {
     }
 
     fn write_flash(&mut self) {
-        if self.device.drive.take_save().is_some() {
+        if self.actuator.device.drive.take_save().is_some() {
             self.writing = Some(WRITE_PERIODS);
         }
         self.writing = match self.writing {
             Some(0) => {
-                self.device.drive.saved(self.write_succeeds);
+                self.actuator.device.drive.saved(self.write_succeeds);
                 None
             }
             left => left.map(|left| left - 1),
@@ -198,7 +199,7 @@ impl<'a> Bench<'a> {
 
     /// Carries out the orders of an update. The board restarts only without power.
     fn update(&mut self, outputs: &Outputs) {
-        let (drive, succeeds) = (&mut self.device.drive, self.write_succeeds);
+        let (drive, succeeds) = (&mut self.actuator.device.drive, self.write_succeeds);
         match drive.take_update() {
             Some(UpdateOrder::Stage { buffer, .. }) => {
                 drive.staged(buffer, succeeds.then_some(()).ok_or(StageError::Flash));
@@ -212,7 +213,7 @@ impl<'a> Bench<'a> {
     }
 
     fn transmit(&mut self) {
-        let frames = std::iter::from_fn(|| self.device.transmit::<CanFrame>());
+        let frames = std::iter::from_fn(|| self.actuator.transmit::<CanFrame>());
         let count = frames.take(MOST_FRAMES).count();
         assert!(count < MOST_FRAMES, "the number of frames is limited");
     }
