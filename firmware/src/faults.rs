@@ -57,7 +57,7 @@ pub enum Fault {
     CurrentImplausible = 20,
     /// The encoder turns against the back-EMF.
     MotorPolarity = 21,
-    /// Data in the RAM have changed between two uses.
+    /// The two copies of the control loop differ, or a message to them is corrupt.
     DataCorrupt = 22,
     /// The program's flash differs from the program that was built.
     ProgramCorrupt = 23,

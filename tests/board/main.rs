@@ -15,6 +15,7 @@ mod gaps;
 mod instructions;
 mod joined;
 mod log;
+mod memory_protection;
 mod motion;
 mod power_loss;
 mod replicated;

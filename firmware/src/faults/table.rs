@@ -340,9 +340,7 @@ pub const TABLE: [FaultDescription; 23] = {
         row(
             Fault::DataCorrupt,
             "data corrupt",
-            "the memory of the CANopen device, its parameters and its control state has changed between two uses, or its \
-             control state in a call for the bus, or has an excitation that was not started, or two computations \
-             of a control step differ, or a position of a queue between tasks has changed",
+            "the two copies of the control loop differ, or a message to them differs from its check value",
             Always,
             0x5510,
         ),
