@@ -1,6 +1,6 @@
 //! Errors of scenarios, inputs, files and runs, with their location and the expected value.
 //!
-//! Files, plots and trace files have errors of their own, which become one of these where an option
+//! Files, plots and trace files have their own errors, which become one of these where an option
 //! names the file. The CAN client and the tuning have theirs too; the command line joins all of
 //! them.
 

@@ -106,7 +106,7 @@ impl WholeFile {
         })
     }
 
-    /// Completes the file and gives it its name.
+    /// Completes the file and renames it.
     ///
     /// # Errors
     /// The error of the operating system; the file is removed then.

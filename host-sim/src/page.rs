@@ -79,7 +79,7 @@ pub struct Page {
 }
 
 impl Page {
-    /// Renders the page as HTML. Equal content gives equal bytes: the page has no date.
+    /// Renders the page as HTML. Equal content has equal bytes: the page has no date.
     pub fn render(&self) -> String {
         // Writing to a string does not fail.
         Template::render(self).unwrap_or_default()

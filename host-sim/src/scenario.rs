@@ -112,7 +112,7 @@ impl Scenario {
         }
     }
 
-    /// Every parameter with the value that this scenario gives it.
+    /// Every parameter with its value in this scenario.
     ///
     /// # Errors
     /// As [`Scenario::resolve`].

@@ -1,4 +1,4 @@
-//! Every model fitted to every input gives a parameter file that the simulator takes, and its trace
+//! Every model fitted to every input has a parameter file that the simulator accepts, and its trace
 //! is the prediction of the fit.
 
 use host_sim::{scenario::Scenario, trace::Trace};

@@ -267,8 +267,8 @@ fn an_update_that_was_cut_off_continues_where_it_ended() {
                     assert!(!board.step());
                 }
                 board.answers.clear();
-                let mut told = Vec::new();
-                let mut progress = |bytes| told.push(bytes);
+                let mut reported = Vec::new();
+                let mut progress = |bytes| reported.push(bytes);
                 update(&mut board, 5, (&header, &image), &mut progress).expect("the rest");
                 let staged: Vec<u8> = board.staged.iter().flat_map(|w| w.to_le_bytes()).collect();
                 // The bootloader has checked the image.
@@ -277,7 +277,7 @@ fn an_update_that_was_cut_off_continues_where_it_ended() {
                     "cut after {cut_after} frames"
                 );
                 assert!(matches!(board.running, Running::Program(_)));
-                assert_eq!(told.last(), Some(&image.len()));
+                assert_eq!(reported.last(), Some(&image.len()));
                 let segments = image.len().div_ceil(7);
                 if cut_after > 300 {
                     continued += 1;

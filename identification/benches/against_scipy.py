@@ -89,7 +89,7 @@ def fit(simulate, data, start, names, fixed, repeats):
     fixed = np.array(fixed)
 
     def residual(p):
-        # What is held stands behind what is looked for.
+        # Fixed parameters follow the estimated ones.
         p = np.concatenate([p, fixed]) if len(fixed) else p
         return simulate(p, time_s, step_t, step, command[0]) - angle
     best = math.inf

@@ -25,7 +25,7 @@ pub struct Block {
 }
 
 /// The sums of a stretch: of residuals times derivatives, and of the weighted products of
-/// derivatives, whose lower triangle stands row by row.
+/// derivatives, whose lower triangle is stored row by row.
 #[derive(Clone)]
 struct Products {
     gradient: Vec<f64>,

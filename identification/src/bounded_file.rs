@@ -42,7 +42,7 @@ impl Read for BoundedFile {
         let count = self.file.read(bytes)?;
         self.read += count as u64;
         if self.read > self.most {
-            let found = format!("it goes on after {} bytes", self.most);
+            let found = format!("it continues after {} bytes", self.most);
             return Err(too_large(found, self.most));
         }
         Ok(count)
@@ -84,7 +84,7 @@ mod tests {
         let error = read(Path::new("/dev/zero"), 100_000).expect_err("it has no end");
         assert_eq!(
             error.to_string(),
-            "it goes on after 100000 bytes, expected at most 100000"
+            "it continues after 100000 bytes, expected at most 100000"
         );
     }
 }

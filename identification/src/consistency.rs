@@ -4,7 +4,7 @@
 //! the actuator, its parameters also depend on the part of the recordings that they are fitted to,
 //! and the standard error says nothing of that. Here each parameter in turn may have a value of its
 //! own in a part of the recordings, all others being shared: one Gauss-Newton step from the optimum
-//! gives both values and the error of their difference, without another search.
+//! yields both values and the error of their difference, without another search.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -16,7 +16,7 @@ use super::unknowns::Unknowns;
 /// Errors of a difference from which it is reported: exceeded by chance once in 16,000.
 const SIGNIFICANT: f64 = 4.0;
 
-/// The part of the recordings with a value of its own.
+/// The part of the recordings with a separate value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// The first half of the only recording.
@@ -182,7 +182,7 @@ impl Test<'_> {
 }
 
 /// The step of the drift from zero beside those of all unknowns, for residuals of this standard
-/// deviation; `None` where it cannot be told from them.
+/// deviation; `None` where it cannot be distinguished from them.
 pub(super) fn drift_step(blocks: &Blocks, width: usize, deviation_deg: f64) -> Option<Drift> {
     let (gradient, information) = blocks.sum(|_| true);
     let acts = |row: &usize| information[(*row, *row)] > 0.0;

@@ -358,13 +358,13 @@ fn predict_as_read(
 ) -> Result<ExperimentFit, IdentifyError> {
     let mut held = Problem::try_new(problem.model.clone(), vec![experiment])?;
     for (index, spec) in held.specs.iter_mut().enumerate() {
-        let asked = &problem.specs[index];
+        let requested = &problem.specs[index];
         spec.scope = Scope::Own;
         if problem.model.parameters()[index].is_initial_state {
-            spec.role = asked.role;
+            spec.role = requested.role;
         } else {
             spec.role = Role::Fixed;
-            spec.start = fitted.value(spec.parameter.name).unwrap_or(asked.start);
+            spec.start = fitted.value(spec.parameter.name).unwrap_or(requested.start);
         }
     }
     match Unknowns::of(&held) {

@@ -131,7 +131,7 @@ impl System {
         Self { kind, truth }
     }
 
-    /// Its response to a standard input at 250 Hz; with a held command as a digital link gives it.
+    /// Its response to a standard input at 250 Hz; with a held command as of a digital link.
     fn response(&self, input: &str, is_held: bool, every: u64) -> Option<Recording> {
         let mut recording = simulated(self.kind, input, every, &self.truth).ok()?;
         if !is_held {
@@ -330,13 +330,13 @@ mod tests {
     }
 
     #[test]
-    fn wrong_units_signs_and_clocks_are_told() {
+    fn wrong_units_signs_and_clocks_are_reported() {
         for fault in [Fault::Radians, Fault::Sign, Fault::Drift] {
-            let told = (0..SYSTEMS).filter(|seed| {
+            let reported = (0..SYSTEMS).filter(|seed| {
                 let outcome = outcome(fault, *seed);
                 outcome.is_some_and(|outcome| outcome.is_doubted)
             });
-            assert_eq!(told.count() as u64, SYSTEMS, "{}", fault.name());
+            assert_eq!(reported.count() as u64, SYSTEMS, "{}", fault.name());
         }
     }
 }

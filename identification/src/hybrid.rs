@@ -75,7 +75,7 @@ pub trait HybridModel<S: Scalar, const N: usize> {
     /// The guards of a mode.
     fn guards(&self, mode: usize) -> Vec<Guard<S, N>>;
 
-    /// The mode of a state under a command, whatever the previous mode.
+    /// The mode of a state under a command, independent of the previous mode.
     fn mode_at(&self, x: &[f64; N], command: f64) -> usize;
 
     /// The reset map: how entering a mode changes the state.

@@ -38,7 +38,7 @@ pub enum LossChoice {
 }
 
 impl LossChoice {
-    /// The names of the choices that [`named`](Self::named) knows.
+    /// The names of the choices of [`named`](Self::named).
     pub const NAMES: [&str; 3] = ["auto", "squares", "robust"];
 
     /// The choice of this name.

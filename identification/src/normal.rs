@@ -19,7 +19,7 @@ pub struct Normal {
     pub samples: usize,
 }
 
-/// Samples of an experiment from which it is evaluated in a thread of its own.
+/// Samples of an experiment from which it is evaluated in its own thread.
 const WORTH_A_THREAD: usize = 4000;
 
 /// Half the sum of squared residuals, deg^2.

@@ -22,7 +22,7 @@ use super::models::oscillator_gains;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum NotSimulated {
     /// It has no model that corresponds to the fitted one.
-    #[error("{model} cannot be simulated by itself, expected one of {}", ModelKind::NAMES.join(", "))]
+    #[error("{model} cannot be simulated alone, expected one of {}", ModelKind::NAMES.join(", "))]
     Model {
         /// The fitted model.
         model: &'static str,

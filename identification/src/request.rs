@@ -95,7 +95,7 @@ pub fn check_files<'a>(
     match held_out.into_iter().find(|path| !seen.insert(place(path))) {
         None => Ok(()),
         Some(path) => Err(RequestError::Conflict(format!(
-            "{} validates and is there already, expected a file of its own",
+            "{} validates and is there already, expected another file",
             path.display()
         ))),
     }

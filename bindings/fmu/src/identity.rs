@@ -29,12 +29,12 @@ pub const SETTINGS_FILE: &str = "settings.txt";
 /// assert_eq!(identity::find(&guid(&settings), None), Ok(settings));
 /// assert!(identity::find("{0}", None).is_err());
 /// ```
-pub fn find(wanted: &str, resources: Option<&str>) -> Result<Settings, String> {
-    if let Some(settings) = scenario::choices().find(|settings| guid(settings) == wanted) {
+pub fn find(expected: &str, resources: Option<&str>) -> Result<Settings, String> {
+    if let Some(settings) = scenario::choices().find(|settings| guid(settings) == expected) {
         return Ok(settings);
     }
     let unknown = |why: &str| {
-        format!("guid is `{wanted}`, which does not belong to a model of this library{why}")
+        format!("guid is `{expected}`, which does not belong to a model of this library{why}")
     };
     let Some(resources) = resources else {
         return Err(unknown(", and there is no resource location"));
@@ -42,7 +42,7 @@ pub fn find(wanted: &str, resources: Option<&str>) -> Result<Settings, String> {
     let path = path_of_uri(resources).join(SETTINGS_FILE);
     let text = read(&path).map_err(|why| unknown(&format!(", and {why}")))?;
     let settings = from_text(&text).map_err(|why| format!("{}: {why}", path.display()))?;
-    if guid(&settings) == wanted {
+    if guid(&settings) == expected {
         Ok(settings)
     } else {
         Err(unknown(&format!(

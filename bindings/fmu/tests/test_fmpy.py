@@ -334,7 +334,7 @@ class Fmus(unittest.TestCase):
                                     relative_tolerance=1e-8, record_events=False)
                         np.testing.assert_allclose(found["time"], expected["time"], atol=1e-9)
                         difference = np.abs(found["angle_deg"] - expected["angle_deg"])
-                        # Co-simulation gives the grey box a tick of torque at its stop, and
+                        # Co-simulation applies to the grey box a tick of torque at its stop, and
                         # then takes the rate.
                         has_stop = unit.model == "grey-box" and "position_limit_deg" in start
                         self.assertLess(difference.max(), 0.01 if has_stop else 1e-4)
@@ -354,11 +354,11 @@ class Fmus(unittest.TestCase):
         path = str(unit.path.with_suffix(".early.fmu"))
         actuator("fmu", "--fmi", "3", "--out", path, "--model", model_name(unit.model), *MODELS[unit.model])
         description = read_model_description(path)
-        told = []
+        reported = []
 
         def update(environment, time, set_requested, get_allowed, finished, can_return_early, early, early_time):
-            told.append((time, clock.monotonic()))
-            if len(told) == 10:
+            reported.append((time, clock.monotonic()))
+            if len(reported) == 10:
                 early[0], early_time[0] = True, time
 
         fmu = FMU3Slave(guid=description.guid, unzipDirectory=extract(path), instanceName="test",
@@ -368,9 +368,9 @@ class Fmus(unittest.TestCase):
         fmu.exitInitializationMode()
         _, _, is_early, reached = fmu.doStep(0.0, 1e6)
         self.assertTrue(is_early)
-        self.assertEqual(reached, told[-1][0])
-        self.assertLess(clock.monotonic() - told[-1][1], 0.2)
-        np.testing.assert_allclose([time for time, _ in told], np.arange(1, 11) * 0.1, atol=1e-9)
+        self.assertEqual(reached, reported[-1][0])
+        self.assertLess(clock.monotonic() - reported[-1][1], 0.2)
+        np.testing.assert_allclose([time for time, _ in reported], np.arange(1, 11) * 0.1, atol=1e-9)
         fmu.terminate()
         fmu.freeInstance()
 

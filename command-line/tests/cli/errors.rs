@@ -201,11 +201,11 @@ fn a_full_disk_is_reported_for_files_and_for_standard_output() {
 #[test]
 fn a_file_without_end_is_refused_with_its_limit() {
     let cli = Cli::new();
-    let image = "/dev/zero: it goes on after 229376 bytes, expected at most 229376";
-    let text = "cannot read /dev/zero: it goes on after 1048576 bytes, expected at most 1048576";
+    let image = "/dev/zero: it continues after 229376 bytes, expected at most 229376";
+    let text = "cannot read /dev/zero: it continues after 1048576 bytes, expected at most 1048576";
     let key = "/dev/zero: no key, which has 64 hexadecimal digits in a file of at most 256 bytes";
     #[cfg(feature = "board")]
-    let build = "/dev/zero: it goes on after 268435456 bytes, expected at most 268435456";
+    let build = "/dev/zero: it continues after 268435456 bytes, expected at most 268435456";
     let recording = "more than 65536 bytes in a line";
     for (arguments, status, message) in [
         ("simulate --scenario /dev/zero", 1, text),
@@ -227,14 +227,14 @@ fn a_file_without_end_is_refused_with_its_limit() {
         (
             "image sign /dev/zero --out a.img",
             1,
-            "/dev/zero: it goes on after 268435456 bytes, expected at most 268435456",
+            "/dev/zero: it continues after 268435456 bytes, expected at most 268435456",
         ),
         ("image sign a.elf --out a.img --key /dev/zero", 2, key),
         ("image verify a.img --key /dev/zero", 2, key),
         (
             "fmu --out a.fmu --library /dev/full",
             1,
-            "cannot read /dev/full: it goes on after 268435456 bytes",
+            "cannot read /dev/full: it continues after 268435456 bytes",
         ),
     ] {
         cli.assert_error(arguments, status, message);

@@ -43,9 +43,11 @@ impl Board {
                 let measured = self.measured_deg(angle);
                 estimate += control.rate_filter * ((measured - last) / period_s - estimate);
                 last = measured;
-                let wanted = control.position_gain * (command_deg(tick as i64) - measured);
-                let error = wanted - estimate;
-                let v = control.proportional_gain * error + x + control.feed_forward_gain * wanted;
+                let rate_command = control.position_gain * (command_deg(tick as i64) - measured);
+                let error = rate_command - estimate;
+                let v = control.proportional_gain * error
+                    + x
+                    + control.feed_forward_gain * rate_command;
                 let limit = if self.linear {
                     f64::MAX
                 } else {

@@ -78,7 +78,7 @@ impl TransferFunction {
         self.numerator.at(x) / self.denominator.at(x)
     }
 
-    /// Steady-state gain. Infinite or NaN if there is none.
+    /// Steady-state gain. Infinite or NaN if it has none.
     pub fn steady_gain(&self) -> f64 {
         self.rational_at(0.0).norm()
     }

@@ -44,14 +44,14 @@ pub enum ClientError {
         why: &'static str,
     },
     /// The drive is not in the expected state.
-    #[error("node {node}: {state}; {wanted}")]
+    #[error("node {node}: {state}; {expected}")]
     State {
         /// The node.
         node: u8,
         /// Its state, with the fault.
         state: String,
         /// The state that is expected.
-        wanted: &'static str,
+        expected: &'static str,
     },
     /// The drive stopped at one of its limits.
     #[error("node {node} is at {angle_deg} deg: {why}")]
@@ -247,7 +247,7 @@ impl Client {
     ///
     /// # Errors
     /// Always: [`ClientError::State`], or the error of reading the state.
-    pub fn fail_in_state<T>(&mut self, wanted: &'static str) -> Result<T, ClientError> {
+    pub fn fail_in_state<T>(&mut self, expected: &'static str) -> Result<T, ClientError> {
         let mut state = state_name(self.status()?).to_owned();
         let code = self.integer("603F")?;
         if code != 0 {
@@ -256,7 +256,7 @@ impl Client {
         Err(ClientError::State {
             node: self.node,
             state,
-            wanted,
+            expected,
         })
     }
 
@@ -267,7 +267,7 @@ impl Client {
     pub fn wait(
         &mut self,
         time: Duration,
-        wanted: &'static str,
+        expected: &'static str,
         is_met: impl Fn(u16) -> bool,
     ) -> Result<u16, ClientError> {
         let end = Instant::now() + time;
@@ -277,7 +277,7 @@ impl Client {
                 return Ok(status);
             }
             if status & statusword::FAULT != 0 || Instant::now() > end {
-                return self.fail_in_state(wanted);
+                return self.fail_in_state(expected);
             }
             self.pause(Duration::from_millis(4))?;
         }

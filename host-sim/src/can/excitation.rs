@@ -1,4 +1,4 @@
-//! The excitations that an actuator runs by itself (2020h): their names, and the settings that each
+//! The excitations that an actuator generates (2020h): their names, and the settings that each
 //! of them uses.
 
 use firmware::parameters::ExcitationSettings;

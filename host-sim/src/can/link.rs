@@ -31,7 +31,7 @@ pub trait Link {
     }
 }
 
-/// The transmitting direction of a bus, for a thread of its own.
+/// The transmitting direction of a bus, for a separate thread.
 pub trait Transmitter: Send {
     /// Sends a frame.
     ///
@@ -56,7 +56,7 @@ pub fn open_split(name: &str, kbit_s: u16) -> io::Result<SplitLink> {
     match Place::of(name) {
         Place::Tcp(address) => {
             let stream = connect(address)?;
-            // A peer that does not read must not hold up a stop for ever.
+            // A peer that does not read must not delay a stop without end.
             stream.set_write_timeout(Some(Duration::from_secs(1)))?;
             let transmitter = Box::new(SlcanTransmitter(stream.try_clone()?));
             let receiver = Box::new(Slcan::open(stream, kbit_s)?);

@@ -62,14 +62,14 @@ pub fn find(text: &str) -> Result<&'static Row, Error> {
             .find(|row| (row.index, row.sub_index()) == (index, sub));
         return row.ok_or_else(|| unknown(text));
     }
-    let wanted: Vec<String> = text.split('/').map(kebab_case).collect();
-    let wanted = wanted.join("/");
-    if let Some(row) = rows().iter().find(|row| name(row) == wanted) {
+    let name_text: Vec<String> = text.split('/').map(kebab_case).collect();
+    let name_text = name_text.join("/");
+    if let Some(row) = rows().iter().find(|row| name(row) == name_text) {
         return Ok(row);
     }
     let mut short = rows()
         .iter()
-        .filter(|row| row.sub.is_some() && kebab_case(&row.entry) == wanted);
+        .filter(|row| row.sub.is_some() && kebab_case(&row.entry) == name_text);
     match (short.next(), short.next()) {
         (Some(row), None) => Ok(row),
         _ => Err(unknown(text)),

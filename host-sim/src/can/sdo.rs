@@ -254,7 +254,7 @@ impl<'a> Sdo<'a> {
         }
     }
 
-    /// Writes a long object by block transfer; `progress` is told how many bytes the node has
+    /// Writes a long object by block transfer; `progress` receives how many bytes the node has
     /// confirmed. Segments that the node has lost are sent again.
     ///
     /// # Errors

@@ -26,7 +26,7 @@ pub fn open(client: &mut Client, password: u32) -> Result<(), ClientError> {
             }
             Some(code) if is(code, Abort::DeviceState) => {
                 let why = "after a wrong service password it takes none for a while; \
-                           service-access/remaining-back-off tells how long";
+                           service-access/remaining-back-off is the remaining time";
                 Err(ClientError::NotNow { node, why })
             }
             _ => Err(ClientError::Object { name, source }),

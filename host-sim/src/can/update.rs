@@ -70,7 +70,7 @@ fn status_text(status: u32) -> &'static str {
              right key"
         }
         WRITE_ERROR => "the flash cannot be written",
-        _ => "for a reason that it does not tell",
+        _ => "for an unknown reason",
     }
 }
 
@@ -104,7 +104,7 @@ const TRIAL_RUNS: u32 = 1 << 24;
 const STARTED: u32 = 1;
 
 /// Loads an image into a node, has it installed, and waits until the new program has confirmed
-/// itself. `progress` is told how many bytes the node has. A node that drives takes the image
+/// itself. `progress` receives how many bytes the node has. A node that drives takes the image
 /// meanwhile; it is to be without power, and at rest, when the image is there. A download of this
 /// image that was broken off before is continued, and one that is complete is not repeated.
 ///
@@ -223,7 +223,7 @@ fn number(sdo: &mut Sdo<'_>, (index, sub): (u16, u8)) -> Result<u32, SdoError> {
     Ok(number.fold(0, |number, byte| number << 8 | u32::from(*byte)))
 }
 
-/// What the flash status tells, if it tells an error.
+/// The error in the flash status, if any.
 fn why(sdo: &mut Sdo<'_>, node: u8) -> Option<UpdateError> {
     let status = number(sdo, FLASH_STATUS).ok()?;
     (status >> 1 & 0x7f != 0).then_some(UpdateError::Refused { node, status })

@@ -1,7 +1,7 @@
 //! Sequences from files with a column of times and a column of values.
 //!
 //! Traces and recordings are such files: columns of times and commands are found by the names and
-//! units that the import of recordings knows.
+//! units of the import of recordings.
 
 use std::{ops::RangeInclusive, path::Path};
 

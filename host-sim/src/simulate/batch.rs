@@ -1,4 +1,4 @@
-//! Many actuators that are stepped together, each with a command of its own.
+//! Many actuators that are stepped together, each with its own command.
 //!
 //! Boards are computed side by side in vectors where they can be
 //! ([`LoopLanes`](model_core::actuator::lanes::LoopLanes)), all others one by one; both on all
@@ -32,7 +32,7 @@ pub struct BatchState {
     pub rate_meas_deg_s: f64,
 }
 
-/// Actuators with commands of their own.
+/// Actuators with their own commands.
 pub struct Batch {
     /// Ticks of a step.
     ticks: u64,
@@ -105,7 +105,7 @@ impl Refused {
 }
 
 impl Batch {
-    /// Actuators at rest at zero, which are stepped by so many ticks at a time.
+    /// Actuators at rest at zero, which are stepped by this number of ticks at a time.
     ///
     /// # Errors
     /// [`Refused`].

@@ -150,7 +150,7 @@ impl TraceFile {
         })
     }
 
-    /// Completes the file and gives it its name.
+    /// Completes the file and renames it.
     ///
     /// # Errors
     /// [`Error::Write`].

@@ -78,7 +78,7 @@ pub fn doubts(assessment: &Assessment) -> Vec<String> {
         let share = outliers as f64 / fit.samples as f64;
         if share > MANY_OUTLIERS {
             doubts.push(format!(
-                "{:.0} % of the samples are outliers: no loss tells which are right",
+                "{:.0} % of the samples are outliers: no loss identifies the correct ones",
                 100.0 * share
             ));
         }

@@ -145,9 +145,15 @@ impl Comparison {
         experiments: &[Experiment],
         held_out: &[Experiment],
         options: &Options,
-        told: &dyn Fn(usize),
+        progress: &dyn Fn(usize),
     ) -> Result<Self, IdentifyError> {
-        Self::ranked(outcomes(candidates, experiments, held_out, options, told))
+        Self::ranked(outcomes(
+            candidates,
+            experiments,
+            held_out,
+            options,
+            progress,
+        ))
     }
 
     /// Fits all candidates to all recordings, and ranks them by cross-validation: each recording is
@@ -161,15 +167,15 @@ impl Comparison {
         candidates: &[Candidate],
         experiments: &[Experiment],
         options: &Options,
-        told: &dyn Fn(usize),
+        progress: &dyn Fn(usize),
     ) -> Result<Self, IdentifyError> {
-        let mut all = outcomes(candidates, experiments, &[], options, told);
+        let mut all = outcomes(candidates, experiments, &[], options, progress);
         for (index, left_out) in experiments.iter().enumerate() {
             let others = [&experiments[..index], &experiments[index + 1..]].concat();
             let held_out = std::slice::from_ref(left_out);
             let before = (index + 1) * candidates.len();
-            let told = |done| told(before + done);
-            let fold = outcomes(candidates, &others, held_out, options, &told);
+            let progress = |done| progress(before + done);
+            let fold = outcomes(candidates, &others, held_out, options, &progress);
             for (outcome, predicted) in all.iter_mut().zip(fold) {
                 let Ok(assessment) = outcome else { continue };
                 match predicted {
@@ -220,9 +226,9 @@ fn outcomes(
     experiments: &[Experiment],
     held_out: &[Experiment],
     options: &Options,
-    told: &dyn Fn(usize),
+    progress: &dyn Fn(usize),
 ) -> Vec<Outcome> {
-    let outcomes = outcomes_with_loss(candidates, experiments, held_out, options, told);
+    let outcomes = outcomes_with_loss(candidates, experiments, held_out, options, progress);
     let losses = outcomes.iter().flatten().map(|a| a.fit.loss);
     let scales = losses.filter_map(|loss| match loss {
         Loss::Student { scale_deg } => Some(scale_deg),
@@ -235,7 +241,7 @@ fn outcomes(
         loss: LossChoice::Given(Loss::Student { scale_deg }),
         ..*options
     };
-    outcomes_with_loss(candidates, experiments, held_out, &options, told)
+    outcomes_with_loss(candidates, experiments, held_out, &options, progress)
 }
 
 /// The same with the loss of the options.
@@ -244,7 +250,7 @@ fn outcomes_with_loss(
     experiments: &[Experiment],
     held_out: &[Experiment],
     options: &Options,
-    told: &dyn Fn(usize),
+    progress: &dyn Fn(usize),
 ) -> Vec<Outcome> {
     let mut outcomes: Vec<Option<Outcome>> = Vec::new();
     outcomes.resize_with(candidates.len(), || None);
@@ -258,7 +264,7 @@ fn outcomes_with_loss(
         let known: Vec<&Fit> = known.collect();
         let assessed = candidate.assess((experiments, held_out), options, &known);
         outcomes[index] = Some(assessed.map_err(|error| (candidate.name.clone(), error)));
-        told(done + 1);
+        progress(done + 1);
     }
     outcomes.into_iter().flatten().collect()
 }

@@ -160,15 +160,15 @@ fn each_recording_is_predicted_by_the_fit_to_the_others() {
     let inputs = [("pulse", 1), ("3-2-1-1", 2), ("variable-step", 3)];
     let runs = inputs.map(|(input, seed)| experiment(ModelKind::BlackBox1, input, &[], seed));
     let candidates = candidates(&["black-box-1"]);
-    let told = std::cell::Cell::new(0);
-    let tell = |done| {
-        assert_eq!(done, told.get() + 1);
-        told.set(done);
+    let reported = std::cell::Cell::new(0);
+    let progress = |done| {
+        assert_eq!(done, reported.get() + 1);
+        reported.set(done);
     };
-    let crossed = Comparison::leave_one_out(&candidates, &runs, &options(), &tell);
+    let crossed = Comparison::leave_one_out(&candidates, &runs, &options(), &progress);
     let crossed = crossed.expect("they fit");
     let fits = Comparison::leave_one_out_fits(candidates.len(), runs.len());
-    assert_eq!(told.get(), fits);
+    assert_eq!(reported.get(), fits);
     assert_eq!(crossed.ranking.criterion, LEFT_OUT);
     let whole = compared(&["black-box-1"], &runs, &[]);
     for index in 0..runs.len() {

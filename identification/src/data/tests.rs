@@ -96,7 +96,7 @@ fn a_file_without_header_names_its_columns_by_number() {
         .expect("numbers")
         .recording;
     assert_eq!(recording.angle_deg, [2.0, 4.0]);
-    let error = read("0,1,2\n1,3,4\n").expect_err("nobody knows");
+    let error = read("0,1,2\n1,3,4\n").expect_err("ambiguous");
     assert_eq!(
         error,
         "run.csv:1: no column is known to be the time: the columns are `1`, `2`, `3`, expected \

@@ -41,7 +41,7 @@ pub fn bandwidth_hz(setup: &ExperimentSetup) -> f64 {
 
 /// The input of this name, timed for a bandwidth, with an amplitude of 1 deg.
 ///
-/// Doublet and 3-2-1-1 have the units of P. Marchand as Jategaonkar gives them (chapter 2): 2.3 and
+/// Doublet and 3-2-1-1 have the units of P. Marchand of Jategaonkar (chapter 2): 2.3 and
 /// 2.1 over the natural frequency. Chirp, multisine and PRBS are strong up to twice the bandwidth.
 ///
 /// # Errors
@@ -127,17 +127,17 @@ fn scaled(
         let command: Vec<f64> = unit.iter().map(|c| c * amplitude / peak).collect();
         setup.limited_share(&command).map_err(message)
     };
-    let wanted = if is_beyond {
+    let target_share = if is_beyond {
         BEYOND_SHARE
     } else {
         WITHIN_SHARE
     };
     let (mut low, mut high) = (0.0, limits.most_deg);
     let mut amplitude_deg = high;
-    if share_of(high)? > wanted {
+    if share_of(high)? > target_share {
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            if share_of(middle)? > wanted {
+            if share_of(middle)? > target_share {
                 high = middle;
             } else {
                 low = middle;

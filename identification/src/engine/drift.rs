@@ -12,14 +12,14 @@ use crate::unknowns::Unknowns;
 
 /// Fits with a scaled clock: the step from one to the next is that of Gauss and Newton.
 const ROUNDS: usize = 4;
-/// Their termination criteria: a drift is told to a few digits.
+/// Their termination criteria: a drift is determined to a few digits.
 const LIMITS: Limits = Limits {
     iterations: 20,
     decrease: 1e-4,
 };
-/// Errors of a drift, for white residuals, from which it is told.
+/// Errors of a drift, for white residuals, from which it is reported.
 const SIGNIFICANT: f64 = 5.0;
-/// The smallest drift that is told: a quartz clock is ten times better.
+/// The smallest drift that is reported: a quartz clock is ten times better.
 const LEAST: f64 = 1e-3;
 /// The largest: farther away, the Gauss-Newton step leads nowhere.
 const MOST: f64 = 0.1;

@@ -201,7 +201,7 @@ pub fn sums_in_passes<D: Dynamics>(
     sums
 }
 
-/// Derivatives of a pass outside the search. A width of its own for each number of parameters would
+/// Derivatives of a pass outside the search. A separate width for each number of parameters would
 /// save little there, and each is another copy of every model in the program.
 const PASS: usize = COMMANDS_PER_PASS;
 

@@ -11,7 +11,7 @@ const FEWEST: usize = 8;
 const TIMES_MOTION: f64 = 3.0;
 /// The same as a multiple of the noise.
 const TIMES_NOISE: f64 = 8.0;
-/// The same as a share of the range: friction lets go with a smaller jump.
+/// The same as a share of the range: friction releases with a smaller jump.
 const LEAST_SHARE: f64 = 0.1;
 /// The fewest equal readings where noise makes a repetition rare.
 const FEWEST_IN_NOISE: usize = 16;

@@ -37,7 +37,7 @@ const NEAR: f64 = 0.1;
 /// ```
 pub fn suspicion(recording: &Recording, gain: Option<f64>) -> Option<String> {
     let ranges = || range(&recording.angle_deg) / range(&recording.command_deg);
-    // Only the fit knows the sign.
+    // Only the fit determines the sign.
     if let Some(gain) = gain.filter(|gain| (gain.abs() - 1.0).abs() < NEAR && *gain < 0.0) {
         return Some(format!(
             "the gain is {gain:.3}: angle and command have opposite signs"

@@ -70,7 +70,7 @@ pub struct CallbackFunctions {
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[repr(C)]
 pub struct EventInfo {
-    /// Whether the event iteration goes on; it does not.
+    /// Whether the event iteration continues; it does not.
     pub new_discrete_states_needed: Boolean2,
     /// Whether the instance ends the simulation; it does not.
     pub terminate_simulation: Boolean2,

@@ -35,7 +35,7 @@ fn is_reached(time_s: f64, now_s: f64) -> bool {
 }
 
 impl Command {
-    /// An input that has had this value for ever.
+    /// An input that has always had this value.
     pub fn new(start_s: f64, value: f64, delay_s: f64, period_s: f64) -> Self {
         let mut new = Self {
             start_s,
@@ -50,7 +50,7 @@ impl Command {
         new
     }
 
-    /// Forgets the past: the input has had this value for ever.
+    /// Clears the past: the input has always had this value.
     pub fn restart(&mut self, time_s: f64, value: f64) {
         self.latest = (time_s, value);
         self.stretches = VecDeque::from([VecDeque::from([self.latest])]);

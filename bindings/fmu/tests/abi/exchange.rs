@@ -218,10 +218,10 @@ fn a_host_that_integrates_with_the_step_of_co_simulation_finds_the_same_angle() 
 #[test]
 fn the_board_and_calls_in_the_wrong_phase_are_refused() {
     let messages = Messages::default();
-    let told = || messages.lock().unwrap().last().cloned().unwrap_or_default();
+    let reported = || messages.lock().unwrap().last().cloned().unwrap_or_default();
     let board = scenario::choices().last().unwrap();
     assert!(Solver::new(&board, &messages).is_none());
-    assert!(told().contains("not continuous"), "{}", told());
+    assert!(reported().contains("not continuous"), "{}", reported());
     let settings = scenario::choices().next().unwrap();
     let solver = Solver::new(&settings, &messages).unwrap();
     let c = solver.c;
@@ -243,7 +243,11 @@ fn the_board_and_calls_in_the_wrong_phase_are_refused() {
             fmi2SetContinuousStates(c, [0.0; 2].as_ptr(), 2),
             Status::Error
         );
-        assert!(told().contains("2 states, expected 1"), "{}", told());
+        assert!(
+            reported().contains("2 states, expected 1"),
+            "{}",
+            reported()
+        );
         assert_eq!(fmi2GetDerivatives(c, &mut 0.0, 2), Status::Error);
         assert_eq!(fmi2Terminate(c), Status::Ok);
     }
@@ -255,9 +259,9 @@ fn the_board_and_calls_in_the_wrong_phase_are_refused() {
     let status = unsafe { fmi2DeSerializeFMUstate(c, bytes.as_ptr(), bytes.len(), &mut state) };
     assert_eq!(status, Status::Error);
     assert!(
-        told().contains("for CoSimulation, expected ModelExchange"),
+        reported().contains("for CoSimulation, expected ModelExchange"),
         "{}",
-        told()
+        reported()
     );
 }
 
@@ -283,7 +287,7 @@ fn a_saved_state_leads_back_with_the_commands_in_transit() {
             solver.step(0.0275, 0.01);
             solver.get("angle_deg").to_bits()
         };
-        // SAFETY: valid pointers, and a buffer of the size that was asked for.
+        // SAFETY: valid pointers, and a buffer of the requested size.
         unsafe {
             solver.ok(fmi2GetFMUstate(solver.c, &mut state));
             solver.ok(fmi2SerializedFMUstateSize(solver.c, state, &mut size));

@@ -141,29 +141,41 @@ fn a_saved_state_leads_back() {
 fn what_the_fmu_does_not_have_is_refused_with_a_reason() {
     let settings = scenario::choices().next().unwrap();
     let messages = Messages::default();
-    let told = || messages.lock().unwrap().last().cloned().unwrap_or_default();
+    let reported = || messages.lock().unwrap().last().cloned().unwrap_or_default();
     assert!(instance("{0}", false, &messages).is_null());
-    assert!(told().contains("does not belong to a model"), "{}", told());
+    assert!(
+        reported().contains("does not belong to a model"),
+        "{}",
+        reported()
+    );
     assert!(instance(&description::guid(&settings), true, &messages).is_null());
-    assert!(told().contains("no event mode"), "{}", told());
+    assert!(reported().contains("no event mode"), "{}", reported());
     let c = instance(&description::guid(&settings), false, &messages);
     let two = [0.0; 2];
     // SAFETY: valid pointers; a component that this thread uses alone.
     unsafe {
         assert_eq!(fmi3EnterStepMode(c), Status::Error);
-        assert!(told().contains("fmi3EnterStepMode: there is no event mode"));
+        assert!(reported().contains("fmi3EnterStepMode: there is no event mode"));
         assert_eq!(fmi3GetFloat32(c), Status::Error);
-        assert!(told().contains("no variable is of this type"));
+        assert!(reported().contains("no variable is of this type"));
         assert_eq!(fmi3SetFloat64(c, &0, 1, two.as_ptr(), 2), Status::Error);
-        assert!(told().contains("nValues is 2, expected 1"), "{}", told());
+        assert!(
+            reported().contains("nValues is 2, expected 1"),
+            "{}",
+            reported()
+        );
         assert_eq!(fmi3SetFloat64(c, null(), 1, two.as_ptr(), 1), Status::Error);
-        assert!(told().contains("valueReferences is null"), "{}", told());
+        assert!(
+            reported().contains("valueReferences is null"),
+            "{}",
+            reported()
+        );
         fmi3FreeInstance(c);
         fmi3FreeInstance(null_mut());
     }
 }
 
-/// What a host is told, and when it asks for an early end.
+/// Reports to a host, and when it requests an early end.
 struct Updates {
     c: *mut Component,
     angle: u32,
@@ -248,14 +260,17 @@ fn step_early(c: *mut Component, point_s: f64, step_s: f64) -> (bool, f64) {
 fn a_long_step_tells_its_progress_and_gives_the_bits_of_short_ones() {
     for settings in scenario::choices() {
         for is_early_allowed in [false, true] {
-            let mut told = updates(f64::INFINITY, 0.0);
-            let c = updated(&settings, is_early_allowed, &mut told);
+            let mut reported = updates(f64::INFINITY, 0.0);
+            let c = updated(&settings, is_early_allowed, &mut reported);
             assert_eq!(step_early(c, 0.0, 0.55), (false, 0.55));
-            assert_eq!(told.times_s.len(), 5);
+            assert_eq!(reported.times_s.len(), 5);
             let host = Host::initialized(&settings);
             host.set("command_deg", 60.0);
-            for (number, (time_s, angle_deg)) in
-                told.times_s.iter().zip(&told.angles_deg).enumerate()
+            for (number, (time_s, angle_deg)) in reported
+                .times_s
+                .iter()
+                .zip(&reported.angles_deg)
+                .enumerate()
             {
                 assert!((time_s - 0.1 * (number + 1) as f64).abs() < 1e-9);
                 host.step(0.1 * number as f64, 0.1);
@@ -263,7 +278,7 @@ fn a_long_step_tells_its_progress_and_gives_the_bits_of_short_ones() {
             }
             host.step(0.5, 0.05);
             assert_eq!(
-                get(c, told.angle).to_bits(),
+                get(c, reported.angle).to_bits(),
                 host.get("angle_deg").to_bits()
             );
             // SAFETY: not used again.
@@ -275,7 +290,7 @@ fn a_long_step_tells_its_progress_and_gives_the_bits_of_short_ones() {
 #[test]
 fn a_host_ends_a_step_early_now_or_at_a_later_time_and_goes_on_from_there() {
     let settings = scenario::choices().last().unwrap();
-    // The time that is asked for, and the one that is reached: one that has passed is now.
+    // The requested time, and the one that is reached: one that has passed is now.
     for (end_at_s, reached_s) in [
         (0.0, 0.3),
         (0.3, 0.3),
@@ -283,28 +298,28 @@ fn a_host_ends_a_step_early_now_or_at_a_later_time_and_goes_on_from_there() {
         (0.333, 0.333),
         (0.45, 0.45),
     ] {
-        let mut told = updates(0.25, end_at_s);
-        let c = updated(&settings, true, &mut told);
+        let mut reported = updates(0.25, end_at_s);
+        let c = updated(&settings, true, &mut reported);
         let (is_early, last_s) = step_early(c, 0.0, 1e5);
         assert!(
             is_early && (last_s - reached_s).abs() < 1e-9,
             "{end_at_s} {last_s}"
         );
-        told.ask_at_s = f64::INFINITY;
+        reported.ask_at_s = f64::INFINITY;
         assert!(!step_early(c, last_s, 1.0 - last_s).0);
         let host = Host::initialized(&settings);
         host.set("command_deg", 60.0);
         host.step(0.0, 1.0);
         assert_eq!(
-            get(c, told.angle).to_bits(),
+            get(c, reported.angle).to_bits(),
             host.get("angle_deg").to_bits()
         );
         // SAFETY: not used again.
         unsafe { fmi3FreeInstance(c) };
     }
     // An end after that of the step changes nothing.
-    let mut told = updates(0.25, 9.0);
-    let c = updated(&settings, true, &mut told);
+    let mut reported = updates(0.25, 9.0);
+    let c = updated(&settings, true, &mut reported);
     assert_eq!(step_early(c, 0.0, 0.5), (false, 0.5));
     // SAFETY: not used again.
     unsafe { fmi3FreeInstance(c) };

@@ -1,9 +1,9 @@
-//! A server that gives each client an slcan adapter of its own on the bus.
+//! A server with an slcan adapter on the bus for each client.
 //!
 //! Two threads, so that no client can hold up the actuators: `nodes` runs the control periods and
 //! carries frames; this one accepts clients, reads, and writes. Between them are queues with
 //! bounds. A client that sends too much has to wait, in turns with the others; one that does not
-//! read loses lines, which its adapter flags (`F`), and the server tells both.
+//! read loses lines, which its adapter flags (`F`); the server reports both.
 
 mod client;
 mod nodes;
@@ -71,7 +71,7 @@ impl<'a> Server<'a> {
         });
     }
 
-    /// Runs the bus in real time until `stop` is set; `notify` gets what should be told.
+    /// Runs the bus in real time until `stop` is set; `notify` receives its notices.
     ///
     /// # Errors
     /// If the system cannot wait for events.
@@ -214,7 +214,7 @@ impl Clients<'_> {
         clients.find(|client| client.number() == number)
     }
 
-    /// Accepts all clients that wait, as far as the system gives connections to them.
+    /// Accepts all clients that wait, as far as the system has connections for them.
     fn accept(&mut self) {
         while let Some(listener) = &self.listener {
             let notice = match listener.accept() {

@@ -4,7 +4,7 @@ use std::{fmt, io};
 
 use super::CLIENTS_MAX;
 
-/// An event that the operator of the server should know.
+/// An event for the operator of the server.
 #[derive(Debug)]
 pub enum Notice {
     /// A client sends more frames than the bus carries; they wait in its connection.
@@ -26,7 +26,7 @@ pub enum Notice {
     },
     /// There are as many clients as the server accepts.
     Full,
-    /// The system gives no connection to a new client.
+    /// The system has no connection for a new client.
     NotAccepted(io::Error),
     /// The computer was too slow for the actuators, or was suspended.
     Late {

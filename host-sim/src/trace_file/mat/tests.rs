@@ -1,4 +1,4 @@
-//! A reader of its own, after the same chapter, takes the files apart.
+//! A separate reader, after the same chapter, parses the files.
 
 use std::{collections::BTreeMap, io::Cursor};
 

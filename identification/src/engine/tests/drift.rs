@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// The drift that is told of a noiseless recording whose angle has this one.
-fn told(share: f64) -> Option<f64> {
+/// The drift that is reported of a noiseless recording whose angle has this one.
+fn reported(share: f64) -> Option<f64> {
     let run = simulated(ModelKind::BlackBox1, "pulse", 80, &[]);
     let experiment = Experiment::try_new(run.clone()).expect("a recording");
     let model = models::named("black-box-1").expect("a model");
@@ -21,15 +21,15 @@ fn told(share: f64) -> Option<f64> {
 }
 
 #[test]
-fn a_drift_is_told_of_a_noiseless_recording_and_none_of_a_steady_clock() {
-    assert_eq!(told(0.0), None);
+fn a_drift_is_reported_of_a_noiseless_recording_and_none_of_a_steady_clock() {
+    assert_eq!(reported(0.0), None);
     for share in [0.002, -0.007, 0.012] {
-        let told = told(share).expect("a drift");
-        // It is told to a few digits, with the sign of the angle's instants.
+        let reported = reported(share).expect("a drift");
+        // It is determined to a few digits, with the sign of the angle's instants.
         assert!(
-            (told.abs() / share.abs() - 1.0).abs() < 0.01,
-            "{share}: {told}"
+            (reported.abs() / share.abs() - 1.0).abs() < 0.01,
+            "{share}: {reported}"
         );
-        assert_eq!(told > 0.0, share > 0.0);
+        assert_eq!(reported > 0.0, share > 0.0);
     }
 }

@@ -23,7 +23,7 @@ fn searches_that_are_followed_once_end_as_complete_ones() {
                 let complete = searches.each(&starts).expect("optima");
                 let (all, at_lowest) = share(&complete);
                 let lowest = first(complete).expect("an optimum").cost;
-                // Without noise the cost has steps of its own, where a mode begins a sample earlier:
+                // Without noise the cost has steps where a mode begins a sample earlier:
                 // residuals of a hundred-thousandth of the angle are no difference.
                 let squares = problem.experiments[0].recording.angle_deg.iter();
                 let nothing = 1e-10 * squares.map(|angle| angle * angle).sum::<f64>();
