@@ -11,7 +11,8 @@ pub struct LoopBounds(BTreeMap<String, Vec<u64>>);
 impl LoopBounds {
     /// Reads a table of rows `function | bound | reason`, with a row for each loop of a function in
     /// the order of the report: outer loops first, by address. A function is given by the end of
-    /// its path. Lines that start with `#` are comments.
+    /// its path, and by its number of loops, `function/3`, where others have the same path. Lines
+    /// that start with `#` are comments.
     ///
     /// # Errors
     /// If a row has no bound, or no reason.
@@ -37,9 +38,13 @@ impl LoopBounds {
         Ok(Self(bounds))
     }
 
-    /// The bounds of the loops of a function.
-    pub(crate) fn of(&self, function: &Function) -> &[u64] {
-        let row = self.0.iter().find(|(key, _)| function.is_named(key));
+    /// The bounds of the loops of a function that has this number of them.
+    pub(crate) fn of(&self, function: &Function, loops: usize) -> &[u64] {
+        let is_its = |key: &str| match key.split_once('/') {
+            Some((name, number)) => function.is_named(name) && number == loops.to_string(),
+            None => function.is_named(key),
+        };
+        let row = self.0.iter().find(|(key, _)| is_its(key));
         row.map_or(&[], |(_, bounds)| bounds.as_slice())
     }
 }

@@ -129,7 +129,7 @@ impl<'a> TimeBounds<'a> {
                 .or_insert(cost);
         }
         let headers = graph::loop_headers(function);
-        let bounds = self.bounds.of(function);
+        let bounds = self.bounds.of(function, headers.len());
         if headers.len() != bounds.len() {
             return Err(Error::Loops {
                 function: function.name.clone(),

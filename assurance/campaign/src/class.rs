@@ -45,7 +45,7 @@ pub const VARIABLES: [(&str, &str); 5] = [
     ("local_init_messages", "RAM: messages to the loop"),
     ("local_init_outputs", "RAM: outputs of the loop"),
     ("local_init_device", "RAM: CANopen device"),
-    ("task_queues", "RAM: queues"),
+    ("local_init_queues", "RAM: queues"),
 ];
 
 impl Class {
