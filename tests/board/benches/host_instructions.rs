@@ -1,7 +1,9 @@
 //! Instructions of this computer for a control period of the emulated board in closed loop, counted
 //! by `valgrind --tool=callgrind` and compared with a golden count.
 //!
-//!     cargo bench -p board-tests --bench host_instructions --ignore-rust-version
+//!     cargo bench -p board-tests --bench host_instructions --profile dev --ignore-rust-version
+//!
+//! The profile is that of the tests, so that nothing is built for it alone.
 //!
 //! The program runs itself in valgrind. What it counts begins at [`begin_counting`]; the translation
 //! of the board's program is counted apart, since each part of it is translated once.
@@ -30,7 +32,7 @@ const GOLDEN: &str = concat!(
 );
 
 /// End of the name of the emulator's function that translates.
-const TRANSLATES: &str = "Family::compile";
+const TRANSLATES: &str = "armv7m::translate::translate";
 
 /// The argument with which the program runs itself.
 const WORK: &str = "work";
@@ -124,6 +126,10 @@ fn main() {
         return work();
     }
     let (total, translation) = count();
+    assert_ne!(
+        translation, 0,
+        "no calls of {TRANSLATES} are in the profile"
+    );
     let counted = (total - translation) / COUNTED;
     println!(
         "{counted} instructions in a control period of the emulated board, and {} of translation",
