@@ -17,10 +17,11 @@ const FAULTS: [&str; 2] = ["HardFault", "DefaultHandler"];
 
 /// Routines that copy or clear memory: the register that holds the number of bytes, and the maximum
 /// that their bounds in `loops.txt` permit.
-const ROUTINES: [(&str, u8, u64); 4] = [
+const ROUTINES: [(&str, u8, u64); 5] = [
     ("memcpy", 2, 3),
-    ("__aeabi_memcpy4", 2, 140),
-    ("__aeabi_memcpy8", 2, 96),
+    ("__aeabi_memcpy4", 2, 264),
+    ("__aeabi_memcpy8", 2, 1520),
+    ("__aeabi_memclr4", 1, 512),
     ("__aeabi_memclr8", 1, 32),
 ];
 
