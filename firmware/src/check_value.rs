@@ -100,6 +100,12 @@ impl Hasher for Sum {
         self.add((value >> 32) as u32);
     }
 
+    #[inline]
+    fn write_u128(&mut self, value: u128) {
+        self.write_u64(value as u64);
+        self.write_u64((value >> 64) as u64);
+    }
+
     /// Lengths and discriminants, which fit a word.
     #[inline]
     fn write_usize(&mut self, value: usize) {

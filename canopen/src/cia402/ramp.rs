@@ -256,7 +256,7 @@ fn braking_velocity(distance: u64, deceleration_step: i64, period_us: u32) -> i6
         let left = travel.saturating_sub(saved(k));
         k += left.checked_div(deceleration_step * (k + 1)).unwrap_or(0);
         // What n further periods save, n (k + 1) + n (n - 1)/2 steps, is taken for its first term.
-        // The second, divided by k^2, is what the velocity becomes too high: below
+        // The second, divided by k^2, bounds the velocity error: below
         // deceleration_step/2^31, and with n >= 2, k + 1 >= 2^16 below half an increment.
     }
     // Both terms are below 2^62, and k + 1 fits into 32 bits.

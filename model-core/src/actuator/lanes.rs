@@ -59,7 +59,7 @@ impl<const N: usize, P: PlantLanes<N>> LoopLanes<P, N> {
         }))
     }
 
-    /// Passes a control period of which so many ticks are wanted, from 1 to 80.
+    /// Advances one period; outputs the first `ticks` ticks, from 1 to 80.
     #[inline(always)]
     pub fn pass(&mut self, command: Angle, ticks: usize, see: Seen) {
         self.pass_each(&[command; N], ticks, see);

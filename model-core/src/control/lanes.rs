@@ -195,8 +195,8 @@ impl<const N: usize> CascadeLanes<N> {
         let (gains, states) = (&self.gains, &mut self.state);
         let mut rate_commands = [Rate::ZERO; N];
         let mut duty = [0; N];
-        for lane in 0..N {
-            let count = EncoderCount::new(counts[lane] as u16);
+        for (lane, count) in counts.iter().enumerate() {
+            let count = EncoderCount::new(*count as u16);
             let (mut shaft, mut rate) = (states.shaft(lane), RateEstimate(states.rate[lane]));
             let motion = shaft.update(gains.mounting(lane), count);
             rate.update(gains.filter.of::<_, _, VECTOR>(lane), motion);
@@ -204,16 +204,16 @@ impl<const N: usize> CascadeLanes<N> {
             states.counts[lane] = shaft.counts;
             states.rate[lane] = rate.rate();
         }
-        for lane in 0..N {
+        for (lane, command) in commands.iter().enumerate() {
             let position_loop = gains.position_loop::<VECTOR>(lane);
-            let command = position_loop.follow_angle(commands[lane], states.shaft(lane).angle());
+            let command = position_loop.follow_angle(*command, states.shaft(lane).angle());
             rate_commands[lane] = command.rate;
         }
-        for lane in 0..N {
+        for (lane, duty) in duty.iter_mut().enumerate() {
             let rate_loop = gains.rate_loop::<VECTOR, FORWARD>(lane);
             let mut state = RateLoopState::of(states.integrator[lane], states.duty[lane]);
             let limited = state.regulate(&rate_loop, rate_commands[lane], states.rate[lane]);
-            duty[lane] = limited.duty.to_bits();
+            *duty = limited.duty.to_bits();
             states.integrator[lane] = state.integrator;
             states.duty[lane] = limited.duty;
         }

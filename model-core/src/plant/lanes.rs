@@ -25,8 +25,8 @@ pub trait PlantLanes<const N: usize>: Sized {
     /// The states at the start of the next period.
     fn states(&self) -> &States<N>;
 
-    /// Passes a control period of which so many ticks are wanted, from 1 to 80, and sees them: all,
-    /// or those at the start of a PWM period. The duties, in steps of 2^-32 %, are in force from
+    /// Advances one period; outputs the first `ticks` ticks, from 1 to 80: all of them, or those at
+    /// the start of a PWM period. The duties, in steps of 2^-32 %, are in force from
     /// the second PWM period on.
     fn pass<const ALL: bool>(&mut self, duty: &[i64; N], ticks: usize, seen: &mut Extremes<N>);
 

@@ -75,7 +75,7 @@ fn thin(trace: &[f64]) -> Vec<f64> {
 
 /// Two panels: models with the paper's numbers, and fitted models; the runs in grey in both.
 fn time_figure(title: &str, traces: &Traces, models: &[usize]) -> Figure {
-    let t: Vec<f64> = (0..traces.mean_deg.len()).map(|i| seconds(i)).collect();
+    let t: Vec<f64> = (0..traces.mean_deg.len()).map(seconds).collect();
     let t = thin(&t);
     let series = |label: &str, colour, y: &[f64]| Series::new(label, colour, &t, &thin(y));
     let panel = |label: &str, answers: &[Vec<f64>]| {

@@ -2,7 +2,7 @@
 
 use crate::chip::pac::IWDG;
 
-/// Timeout in counts of 0.25 ms: 25 ms at the nominal 32 kHz of the oscillator, 17 to 47 ms over
+/// Timeout in counts of 0.25 ms: 25 ms at the nominal 32 kHz of the oscillator, 17 to 48 ms over
 /// its tolerance (data sheet of the STM32F427, table 41).
 const RELOAD: u16 = 100;
 

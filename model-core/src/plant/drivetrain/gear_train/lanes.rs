@@ -153,9 +153,9 @@ impl<const N: usize> TrainLanes<N> {
             viscous_nm(of(12), of(13), rate_rad_s)
         });
         let bodies = if is_taken { bodies } else { old };
-        for i in 0..COUNT {
-            self.angle_rad[i][lane] = bodies[i].angle_rad;
-            self.rate_rad_s[i][lane] = bodies[i].rate_rad_s;
+        for (i, body) in bodies.iter().enumerate() {
+            self.angle_rad[i][lane] = body.angle_rad;
+            self.rate_rad_s[i][lane] = body.rate_rad_s;
         }
     }
 }
