@@ -1,8 +1,7 @@
 //! Check of the program's flash.
 //!
-//! The board's program checks its own flash in parts, one in each control period, and the memory of
-//! the [`Device`](crate::drive::Device) before each use. After a mismatch neither code nor data are
-//! reliable: [`shutdown`](crate::shutdown) follows.
+//! The board's program checks its own flash in parts, one in each control period. After a mismatch
+//! neither code nor data are reliable: the [`Shutdown`](crate::replicated::Shutdown) follows.
 
 use core::mem::replace;
 

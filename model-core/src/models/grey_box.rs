@@ -215,7 +215,7 @@ impl GreyBox {
         }
     }
 
-    /// As [`ActuatorModel::step`].
+    /// As [`ActuatorModel::advance_tick`].
     #[inline]
     pub fn step_for(&mut self, demand: Demand) {
         if let Demand::Duty(_) = demand {
