@@ -46,7 +46,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
             ..BoardParameters::DEFAULT
         });
         // Before the run the encoder is sampled once, then the loop is closed.
-        application.step(&Samples::at_rest(encoder.word(plant.at(0).angle_deg)));
+        application.control_period(&Samples::at_rest(encoder.word(plant.at(0).angle_deg)));
         application
             .request(Request::Enable)
             .expect("nothing is wrong");
@@ -60,7 +60,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
                     .request(Request::Command(target.into()))
                     .expect("from the bus");
                 let samples = samples(&mut encoder, plant.at(0), duty_pct, last);
-                let outputs = application.step(&samples);
+                let outputs = application.control_period(&samples);
                 let Bridge::Driven(compare) = outputs.bridge else {
                     panic!("{input}: the bridge is off at edge {edge}");
                 };

@@ -206,7 +206,7 @@ impl Application {
     }
 
     /// One control period.
-    pub fn step(&mut self, samples: &Samples) -> Outputs {
+    pub fn control_period(&mut self, samples: &Samples) -> Outputs {
         self.telemetry.tick = self.telemetry.tick.wrapping_add(1);
         self.count_missed(samples.missed_periods);
         let measured = self.protection.measure(

@@ -42,7 +42,7 @@ struct Person {
     longest: (u32, u32),
     verdicts: Vec<u32>,
     measured: Vec<i32>,
-    /// What is in the log's buffer, which nobody empties.
+    /// The content of the log's buffer, which is never emptied.
     log: Vec<u8>,
     has_ended: bool,
     is_off: bool,

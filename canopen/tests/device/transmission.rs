@@ -143,7 +143,7 @@ fn an_rpdo_timeout_is_raised_and_cleared_by_reception() {
 }
 
 #[test]
-fn frames_are_told_apart_and_discarded_process_data_is_sampled_again() {
+fn frames_are_distinguished_and_discarded_process_data_is_sampled_again() {
     let mut bench = Bench::operational();
     bench.drain();
     let id = |raw| embedded_can::Id::from(embedded_can::StandardId::new(raw).expect("11 bits"));

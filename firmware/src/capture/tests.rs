@@ -27,7 +27,7 @@ fn word() -> EncoderWord {
 /// Outputs whose tick is this.
 fn outputs(tick: u32) -> Outputs {
     let mut application = Application::new(BoardParameters::DEFAULT);
-    let mut outputs = application.step(&Samples::at_rest(word()));
+    let mut outputs = application.control_period(&Samples::at_rest(word()));
     outputs.telemetry.tick = tick;
     outputs
 }
@@ -125,10 +125,10 @@ fn the_first_record_after_the_trigger_is_tick_0_of_the_excitation() {
     settings.signals[0] = Some(Signal::Command);
     capture.arm(settings);
     let mut application = Application::new(BoardParameters::DEFAULT);
-    capture.sample(&application.step(&Samples::at_rest(word())));
+    capture.sample(&application.control_period(&Samples::at_rest(word())));
     application.request(Request::Enable).unwrap();
     for _ in 0..5 {
-        capture.sample(&application.step(&Samples::at_rest(word())));
+        capture.sample(&application.control_period(&Samples::at_rest(word())));
     }
     assert_eq!(capture.phase(), Phase::Armed);
     let pulse = Multistep::try_pulse(&model_core::excitation::multistep::PulseParameters {
@@ -139,7 +139,7 @@ fn the_first_record_after_the_trigger_is_tick_0_of_the_excitation() {
     let run = Run::new(Excitation::Multistep(pulse.unwrap()), 1);
     application.start_excitation(run).unwrap();
     for _ in 0..30 {
-        capture.sample(&application.step(&Samples::at_rest(word())));
+        capture.sample(&application.control_period(&Samples::at_rest(word())));
     }
     // 50 ms are 12.5 control periods.
     assert_eq!(&values(&capture)[..4], [2000, 2000, 0, 0]);

@@ -141,7 +141,7 @@ impl Loop {
         self.acknowledge();
         let demand = self.step_axis(is_new_position, is_new_velocity);
         self.apply_demand(&demand);
-        let outputs = self.application.step(inputs.samples);
+        let outputs = self.application.control_period(inputs.samples);
         self.taken.sample_due = self.application.sample_due();
         self.report(outputs)
     }

@@ -36,7 +36,7 @@ pub(super) struct ParameterStore {
     /// Becomes the stored set when the flash holds it.
     candidate: StoredParameters,
     phase: Phase,
-    /// The requester aborted: nobody fetches the result.
+    /// The requester aborted: no client fetches the result.
     is_abandoned: bool,
 }
 

@@ -6,7 +6,7 @@
 //! is staged, for its CRC. The bootloader checks the signature before it installs (`boot/`).
 //!
 //! A download that is broken off leaves its beginning in the capture buffer until a recording needs
-//! it. Object 2104h tells how much of which image that is, and where the next download continues.
+//! it. Object 2104h has its identity and length, and the offset at which the next download continues.
 //!
 //! A new image is on trial until its self-test has passed: in the first second all measurements
 //! have come, no control period was missed, and neither data nor program were found changed. An
@@ -49,7 +49,7 @@ pub struct Slots {
 /// An image, or its beginning.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Image {
-    /// The identity that its header tells.
+    /// The identity in its header.
     pub identity: u32,
     /// Bytes of it, header included.
     pub bytes: u32,
@@ -222,7 +222,7 @@ impl<'a> Update<'a> {
         Ok(())
     }
 
-    /// All bytes are there. The image is staged afterwards, while the flash status tells that.
+    /// All bytes are there. The image is staged afterwards, which the flash status shows.
     pub fn end(&mut self, capture: &mut Capture<'a>, size: u32) -> Result<(), Abort> {
         match core::mem::replace(&mut self.phase, Phase::Idle) {
             Phase::Receiving(buffer, _) => match self.fitting(buffer, size) {
@@ -292,7 +292,7 @@ impl<'a> Update<'a> {
 }
 
 impl<'a> Drive<'a> {
-    /// Tells the drive that the board has a bootloader. Without this, object 1F50h refuses.
+    /// Sets that the board has a bootloader. Without this, object 1F50h refuses.
     pub fn set_slots(&mut self, slots: Slots) {
         self.update.slots = Some(slots);
         let staged = slots.staged.filter(|_| slots.is_confirmed);

@@ -10,7 +10,7 @@
 //! | no count travelled for `stuck_ms` although the motor turns | [`Fault::EncoderStuck`] |
 //!
 //! This guard decodes the word and decides whether its count is valid. The tracker of the control
-//! step tells how far a count is from the last valid one and how many periods ago that was.
+//! step knows the distance of a count from the last valid one and the periods since then.
 //!
 //! The motor turns if its back-EMF shows it, or if it is driven hard and takes less current than it
 //! would in a stall. A motor that is not connected looks the same.

@@ -1,6 +1,6 @@
 //! The shaft does not follow the setpoint.
 //!
-//! A commanded angle may step, and no shaft can: the difference alone tells little. A shaft follows
+//! A commanded angle may step, and no shaft can: the difference alone is not a criterion. A shaft follows
 //! an angle if it is near it or approaches it:
 //!
 //! ```text

@@ -164,7 +164,7 @@ fn a_duty_of_half_the_supply_is_half_the_pwm_period() {
 }
 
 #[test]
-fn a_reversal_of_the_command_moves_the_duty_by_its_slew_and_the_integrator_is_told() {
+fn a_reversal_of_the_command_moves_the_duty_by_its_slew_and_the_integrator_is_corrected() {
     let p = ControlParameters {
         duty_slew_pct_s: 2500.0,
         ..Default::default()

@@ -1,4 +1,4 @@
-//! Bit flips that the board notices by its checks alone.
+//! Bit flips that the board detects by its checks alone.
 
 use virtual_board::faults::{Fault, MemoryLocation};
 

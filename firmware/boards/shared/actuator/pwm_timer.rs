@@ -138,7 +138,7 @@ impl PwmTimer for BridgeTimer {
     #[inline]
     fn set_compare(&mut self, compare: Compare) {
         // All three values take effect at the same edge. The register is written whole: a read that
-        // fails changes no bit but the enable, and the watchdog notices a counter that has stopped.
+        // fails changes no bit but the enable, and the watchdog detects a counter that has stopped.
         let is_running = self.0.cr1().read().cen().bit();
         self.set_control(is_running, true);
         self.0.ccr1().write(|w| w.ccr().set(compare.leg_a));

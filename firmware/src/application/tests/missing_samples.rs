@@ -81,7 +81,7 @@ fn a_board_that_lacks_samples_at_its_start_has_the_fault_of_those_alone() {
         let mut step = || {
             let mut samples = motor.samples();
             cut(&mut samples);
-            application.step(&samples)
+            application.control_period(&samples)
         };
         let outputs = core::iter::repeat_with(&mut step)
             .find(|outputs| outputs.state != BoardState::Initialising)

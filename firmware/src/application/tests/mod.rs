@@ -168,7 +168,7 @@ impl TestBoard {
         if let Some(angle) = self.command {
             let _ = self.application.request(Request::Command(angle.into()));
         }
-        self.outputs = self.application.step(&samples);
+        self.outputs = self.application.control_period(&samples);
         self.motor.turn(&self.outputs);
         self.outputs
     }

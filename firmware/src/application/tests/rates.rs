@@ -18,7 +18,7 @@ fn with_gains(control: ControlParameters) -> BoardParameters {
 fn enabled(parameters: BoardParameters) -> Application {
     // The samples show no current.
     let mut application = Application::with_ripple(parameters, Start::default(), smooth());
-    application.step(&Samples::at_rest(word(1000)));
+    application.control_period(&Samples::at_rest(word(1000)));
     application.request(Request::Enable).unwrap();
     application
 }
@@ -37,7 +37,7 @@ fn a_stalled_shaft_is_commanded_exactly_the_rate_whatever_the_position_gain() {
             }));
             for _ in 0..20 {
                 command(&mut application, rate(velocity).into());
-                let outputs = application.step(&Samples::at_rest(word(1000)));
+                let outputs = application.control_period(&Samples::at_rest(word(1000)));
                 assert_eq!(outputs.state, BoardState::Enabled);
                 assert_eq!(outputs.telemetry.rate_command, rate(velocity));
                 // A commanded rate has no commanded angle of its own.
@@ -68,7 +68,7 @@ fn a_rate_is_reached_and_the_following_error_watches_it() {
         (0..200)
             .find(|_| {
                 command(&mut application, velocity.into());
-                let outputs = application.step(&Samples::at_rest(word(1000)));
+                let outputs = application.control_period(&Samples::at_rest(word(1000)));
                 outputs.telemetry.latched.contains(Fault::FollowingError)
             })
             .map(|period| period + 1)
@@ -84,7 +84,7 @@ fn a_rate_grows_stale_as_an_angle_does() {
     let mut application = enabled(BoardParameters::DEFAULT);
     command(&mut application, rate(1.0).into());
     let stale = (1..50).find(|_| {
-        let outputs = application.step(&Samples::at_rest(word(1000)));
+        let outputs = application.control_period(&Samples::at_rest(word(1000)));
         outputs.fault == Some(Fault::CommandTimeout)
     });
     assert_eq!(stale, Some(26));
@@ -105,14 +105,14 @@ fn after_missed_periods(missed: u8, counts: u16) -> (Telemetry, Telemetry) {
     let mut count = 1000;
     for _ in 0..10 {
         count += 8;
-        application.step(&Samples::at_rest(word(count)));
+        application.control_period(&Samples::at_rest(word(count)));
     }
     let before = *application.telemetry();
     let samples = Samples {
         missed_periods: missed,
         ..Samples::at_rest(word(count + counts * (u16::from(missed) + 1)))
     };
-    (before, application.step(&samples).telemetry)
+    (before, application.control_period(&samples).telemetry)
 }
 
 #[test]

@@ -20,10 +20,13 @@ fn the_loop_is_not_closed_before_everything_was_measured() {
         let mut application = Application::new(BoardParameters::DEFAULT);
         let mut samples = Samples::at_rest(word(0));
         cut(&mut samples);
-        assert_eq!(application.step(&samples).state, BoardState::Initialising);
+        assert_eq!(
+            application.control_period(&samples).state,
+            BoardState::Initialising
+        );
         let refused = Refused::State(BoardState::Initialising);
         assert_eq!(application.request(Request::Enable), Err(refused));
-        let outputs = application.step(&Samples::at_rest(word(0)));
+        let outputs = application.control_period(&Samples::at_rest(word(0)));
         assert_eq!(outputs.state, BoardState::Disabled);
         assert_eq!(application.request(Request::Enable), Ok(()));
     }
@@ -35,9 +38,12 @@ fn what_cannot_be_measured_within_200_ms_of_the_start_is_a_fault() {
     let mut samples = Samples::at_rest(word(0));
     samples.encoder = None;
     for _ in 0..49 {
-        assert_eq!(application.step(&samples).state, BoardState::Initialising);
+        assert_eq!(
+            application.control_period(&samples).state,
+            BoardState::Initialising
+        );
     }
-    let outputs = application.step(&samples);
+    let outputs = application.control_period(&samples);
     assert_eq!(
         (outputs.state, outputs.fault),
         (BoardState::Fault, Some(Fault::EncoderInvalid))
@@ -63,13 +69,13 @@ fn a_watchdog_reset_and_corrupt_parameters_are_faults_of_the_start() {
         ),
     ] {
         let mut application = Application::after(BoardParameters::DEFAULT, start);
-        let outputs = application.step(&Samples::at_rest(word(0)));
+        let outputs = application.control_period(&Samples::at_rest(word(0)));
         assert_eq!(
             (outputs.state, outputs.fault),
             (BoardState::Fault, Some(fault))
         );
         assert_eq!(application.request(Request::Acknowledge), Ok(()));
-        let outputs = application.step(&Samples::at_rest(word(0)));
+        let outputs = application.control_period(&Samples::at_rest(word(0)));
         assert_eq!((outputs.state, outputs.fault), (BoardState::Disabled, None));
     }
 }
@@ -82,7 +88,7 @@ fn a_corrupt_program_remains_a_fault_after_every_acknowledgement() {
     };
     let mut application = Application::after(BoardParameters::DEFAULT, start);
     for _ in 0..3 {
-        let outputs = application.step(&Samples::at_rest(word(0)));
+        let outputs = application.control_period(&Samples::at_rest(word(0)));
         assert_eq!(
             (outputs.state, outputs.fault),
             (BoardState::Fault, Some(Fault::ProgramCorrupt))
@@ -102,7 +108,8 @@ fn after_a_reset_in_motion_the_motor_brakes_while_the_board_initialises() {
         ..Samples::at_rest(word(0))
     };
     let first = |start| {
-        let outputs = Application::after(BoardParameters::DEFAULT, start).step(&unmeasured);
+        let outputs =
+            Application::after(BoardParameters::DEFAULT, start).control_period(&unmeasured);
         assert_eq!(outputs.state, BoardState::Initialising);
         outputs.bridge
     };

@@ -27,7 +27,7 @@ impl Loop {
     fn step(&mut self) -> Outputs {
         let outputs = self
             .application
-            .step(&native::samples(&self.plant.sampled()));
+            .control_period(&native::samples(&self.plant.sampled()));
         self.plant
             .tick(native::bridge(outputs.bridge), &mut |_, _| {});
         outputs

@@ -124,7 +124,7 @@ fn an_image_is_staged_while_the_drive_is_enabled_and_installed_without_power() {
 }
 
 #[test]
-fn what_does_not_fit_is_refused_and_told_in_the_flash_status() {
+fn what_does_not_fit_is_refused_and_reported_in_the_flash_status() {
     let mut bench = bench(true);
     let other = Header {
         hardware: ACTUATOR_BOARD + 1,

@@ -44,7 +44,7 @@ fn a_velocity_is_reached_once_and_stays_so_at_the_default_window() {
 }
 
 #[test]
-fn standstill_is_told_once_and_stays_so() {
+fn standstill_is_reported_once_and_stays_so() {
     let mut bench = turning();
     bench.set(0x60FF, 0, 100_000, 4);
     bench.steps(250);

@@ -96,7 +96,7 @@ fn broken(whole: SsiWord, defects: &Defects) -> SsiWord {
         Some((EncoderWire::Data, Stuck::High)) => SsiWord(ALL),
         // Selected or not, without a clock the line keeps its first level.
         Some((EncoderWire::Clock, _)) => SsiWord(ALL),
-        // Never selected: the pull-up holds the line that nobody drives.
+        // Never selected: the pull-up holds the line, which has no driver.
         Some((EncoderWire::Select, Stuck::High)) => SsiWord(ALL),
         // Always selected: the next transfer goes on behind the 18 bits of the first.
         Some((EncoderWire::Select, Stuck::Low)) => SsiWord(0),

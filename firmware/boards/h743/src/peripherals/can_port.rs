@@ -218,7 +218,7 @@ impl CanPort for Can1 {
         activity
     }
 
-    /// A state that has ended since the last call is told too.
+    /// A state that has ended since the last call is reported too.
     fn take_state(&mut self) -> BusState {
         let flags = self.registers.ir().read();
         let (was_passive, was_off) = (flags.ep().bit(), flags.bo().bit());

@@ -14,7 +14,7 @@ impl Updater {
         (Self, None)
     }
 
-    /// Nothing to be told.
+    /// Nothing to report.
     pub fn set_bus(&mut self, _: &BusSettings) {}
 
     /// Never.
