@@ -13,8 +13,7 @@ use activation::Activation;
 use selection::Selection;
 
 /// CAN-IDs of the LSS master's requests and the slave's responses.
-pub(crate) const REQUEST: u32 = 0x7E5;
-pub(crate) const RESPONSE: u32 = 0x7E4;
+pub(crate) use crate::cob_id::{LSS_REQUEST as REQUEST, LSS_RESPONSE as RESPONSE};
 
 /// Identity object 1018h: vendor-ID, product code, revision number, serial number.
 pub(crate) type Identity = [u32; 4];

@@ -3,6 +3,7 @@
 use embedded_can::Id;
 
 use super::Node;
+use crate::cob_id;
 use crate::lss;
 use crate::message::bus_id;
 use crate::pdo::PdoParameters;
@@ -67,7 +68,9 @@ impl<const R: usize, const T: usize> Node<R, T> {
     /// received as a remote frame.
     fn identifier(&self, position: usize) -> Option<(u32, bool)> {
         let services = &self.services;
-        let own = self.node_id.map(|id| 0x600 + u32::from(id.get()));
+        let own = self
+            .node_id
+            .map(|id| cob_id::SDO_REQUEST + u32::from(id.get()));
         let consumer = position.wrapping_sub(FIXED);
         let rpdo = position.wrapping_sub(SERVICE_IDENTIFIERS);
         let id = match position {
@@ -78,7 +81,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
             4 => services.time.identifier(),
             _ => {
                 let node = services.consumers.node(consumer);
-                let heartbeat = node.map(|node| 0x700 + u32::from(node));
+                let heartbeat = node.map(|node| cob_id::HEARTBEAT + u32::from(node));
                 let rpdo = services.pdo_table.receive().get(rpdo);
                 let received = rpdo.filter(|parameters| parameters.valid());
                 heartbeat.or(received.map(PdoParameters::id))

@@ -10,6 +10,7 @@ pub use identifiers::SERVICE_IDENTIFIERS;
 use embedded_can::Frame;
 
 use crate::application::{Application, Event};
+use crate::cob_id;
 use crate::dictionary::Dictionary;
 use crate::emergency::{Emergency, ErrorCode};
 use crate::message::Message;
@@ -209,7 +210,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
         let node_id = u32::from(self.node_id?.get());
         if self.state == NmtState::Initialising {
             self.boot_up_sent(app);
-            return Some(Message::new(0x700 + node_id, &[0]));
+            return Some(Message::new(cob_id::HEARTBEAT + node_id, &[0]));
         }
         // No EMCY in STOPPED: that of the error which stops the node is sent before the state
         // shows.
@@ -219,7 +220,10 @@ impl<const R: usize, const T: usize> Node<R, T> {
             return Some(message);
         }
         if self.services.heartbeat.take() {
-            return Some(Message::new(0x700 + node_id, &[self.state as u8]));
+            return Some(Message::new(
+                cob_id::HEARTBEAT + node_id,
+                &[self.state as u8],
+            ));
         }
         if !self.state.communicates() {
             return None;
@@ -237,6 +241,6 @@ impl<const R: usize, const T: usize> Node<R, T> {
         }
         let (mut objects, sdo) = self.split(app);
         let data = sdo.transmit(&mut objects)?;
-        Some(Message::new(0x580 + node_id, &data))
+        Some(Message::new(cob_id::SDO_RESPONSE + node_id, &data))
     }
 }

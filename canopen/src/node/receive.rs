@@ -4,6 +4,7 @@ use embedded_can::Frame;
 
 use super::Node;
 use crate::application::{Application, Event, Reset};
+use crate::cob_id;
 use crate::dictionary::Address;
 use crate::emergency::{Emergency, ErrorCode};
 use crate::heartbeat::HeartbeatEvent;
@@ -50,7 +51,7 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 
     fn communicate(&mut self, message: &Message, node_id: NodeId, app: &mut impl Application) {
-        if message.id == 0x600 + u32::from(node_id.get()) {
+        if message.id == cob_id::SDO_REQUEST + u32::from(node_id.get()) {
             if message.length == 8 && !message.remote {
                 let (mut objects, sdo) = self.split(app);
                 sdo.receive(&message.data, &mut objects);
