@@ -6,7 +6,7 @@ use board_tests::program::{LOOP_PRIORITY, firmware, handlers, run_script};
 use board_tests::workloads::{TICKS, everything};
 use virtual_board::faults::{Fault, Planned};
 use virtual_board::plant::BoardPlantOptions;
-use virtual_board::run::{Flow, Handler, Options, Script, Span, View};
+use virtual_board::run::{Finished, Flow, Handler, Options, Script, Span, View};
 
 /// The task in which the node runs.
 const NODE: &str = "communication_cycle";
@@ -51,8 +51,28 @@ fn most(spans: &[Span]) -> u64 {
         .unwrap_or(0)
 }
 
+/// Most difference between two starts of the control step, counted from the first PWM edge of its
+/// control period: the encoder's transfer ends at a fixed time behind it, and nothing but a PWM edge
+/// or a sampling instant, which are never due then, has the priority of the step.
+const JITTER_NS: u64 = 2_000;
+
+/// The earliest and the latest start of a control step after a PWM edge.
+fn starts_ns<S>(finished: &Finished<S>) -> (u64, u64) {
+    let rows = &finished.trace.rows;
+    let since_edge = |span: &Span| {
+        let edge = rows.partition_point(|row| row.at_ns <= span.at_ns);
+        Some(span.at_ns - rows.get(edge.checked_sub(1)?)?.at_ns)
+    };
+    let handlers = handlers();
+    let step = handlers.iter().find(|it| it.task == "control_step");
+    let spans = &finished.spans[&step.expect("listed").interrupt];
+    let starts: Vec<u64> = spans.iter().filter_map(since_edge).collect();
+    let ends = starts.iter().min().zip(starts.iter().max());
+    ends.map_or((0, 0), |(least, most)| (*least, *most))
+}
+
 #[test]
-fn the_communication_ends_in_its_control_period_and_a_quarter_of_the_stack_is_unused() {
+fn the_communication_ends_in_its_period_delays_no_step_and_a_quarter_of_the_stack_is_unused() {
     let handlers = handlers();
     let interrupts = handlers.iter().map(|handler| handler.interrupt.clone());
     let options = Options {
@@ -93,6 +113,10 @@ fn the_communication_ends_in_its_control_period_and_a_quarter_of_the_stack_is_un
     );
     assert!(sum < 13_500, "{sum}");
     assert!(cycle < HALF_A_PERIOD, "{cycle}");
+
+    let (least_ns, most_ns) = starts_ns(&finished);
+    println!("the control step starts {least_ns} to {most_ns} ns after the edge");
+    assert!(most_ns - least_ns < JITTER_NS, "{least_ns} to {most_ns}");
 
     let address = |name| firmware().address(name).expect("a symbol");
     let size = address("_stack_start") - address("_stack_end");

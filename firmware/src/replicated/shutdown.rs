@@ -25,7 +25,7 @@ pub const RESTART_MARK: u32 = 0x5341_0016;
 /// A flag that is set unless all bits of its byte are clear. A `bool` has one bit: after another
 /// one has flipped, each branch may take it for a different value.
 #[derive(Debug, Clone, Copy)]
-struct Flag(u8);
+pub(super) struct Flag(pub u8);
 
 impl Flag {
     /// A flag that one flipped bit does not clear.
@@ -39,25 +39,13 @@ impl Flag {
 }
 
 /// A shutdown that has begun or not.
-///
-/// ```
-/// use firmware::{application::Outputs, faults::Fault, interface::Bridge};
-/// use firmware::replicated::{BRAKING_PERIODS, Shutdown};
-///
-/// let mut shutdown = Shutdown::default();
-/// shutdown.begin(Fault::DataCorrupt, true);
-/// assert!(shutdown.has_begun());
-/// let mut next = || shutdown.step(&Outputs::default());
-/// assert!((0..BRAKING_PERIODS).all(|_| next().is_some_and(|it| it.bridge == Bridge::Brake)));
-/// assert_eq!(next(), None); // restart
-/// ```
 #[derive(Debug, Clone)]
 pub struct Shutdown {
-    has_begun: Flag,
+    pub(super) has_begun: Flag,
     /// Whether the motor brakes, or is free.
-    brakes: Flag,
+    pub(super) brakes: Flag,
     /// Whether the program is corrupt, and not the data.
-    is_of_program: Flag,
+    pub(super) is_of_program: Flag,
     periods: u32,
 }
 
@@ -115,23 +103,5 @@ impl Shutdown {
         outputs.telemetry.tick = last.telemetry.tick.wrapping_add(1);
         outputs.telemetry.latched.put(fault, true);
         Some(outputs)
-    }
-
-    /// Bits of the flags.
-    #[cfg(test)]
-    pub(super) const FLAG_BITS: u32 = 3 * u8::BITS;
-
-    /// The shutdown with one bit of its flags flipped.
-    #[cfg(test)]
-    pub(super) fn with_flipped_flag(&self, bit: u32) -> Self {
-        let mut other = self.clone();
-        let flags = [
-            &mut other.has_begun,
-            &mut other.brakes,
-            &mut other.is_of_program,
-        ];
-        let (flag, bit) = ((bit / u8::BITS) as usize, bit % u8::BITS);
-        flags.into_iter().nth(flag).expect("a flag").0 ^= 1 << bit;
-        other
     }
 }

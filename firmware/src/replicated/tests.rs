@@ -17,7 +17,16 @@ use model_core::{control::encoder_word::EncoderWord, time::CONTROL_RATE_HZ};
 
 /// This shutdown with each bit of its flags flipped in turn.
 fn flipped(shutdown: &Shutdown) -> impl Iterator<Item = Shutdown> {
-    (0..Shutdown::FLAG_BITS).map(|bit| shutdown.with_flipped_flag(bit))
+    (0..3 * u8::BITS).map(|bit| {
+        let mut other = shutdown.clone();
+        let flag = match bit / u8::BITS {
+            0 => &mut other.has_begun,
+            1 => &mut other.brakes,
+            _ => &mut other.is_of_program,
+        };
+        flag.0 ^= 1 << (bit % u8::BITS);
+        other
+    })
 }
 
 fn brakes_for_a_second(mut shutdown: Shutdown) -> bool {
