@@ -5,6 +5,7 @@ use std::path::Path;
 
 use program_handlers::{Handler, handlers, of_loop};
 
+use crate::routine::{ROUTINES, Routine};
 use crate::{
     Cost, Error, Function, LoopBounds, Program, StackBound, TimeBounds, interrupt_levels,
     stack_bound,
@@ -14,16 +15,6 @@ use crate::{
 const START: [&str; 2] = ["Reset", "main"];
 /// Handlers of faults and of unexpected interrupts.
 const FAULTS: [&str; 2] = ["HardFault", "DefaultHandler"];
-
-/// Routines that copy or clear memory: the register that holds the number of bytes, and the maximum
-/// that their bounds in `loops.txt` permit.
-const ROUTINES: [(&str, u8, u64); 5] = [
-    ("memcpy", 2, 3),
-    ("__aeabi_memcpy4", 2, 264),
-    ("__aeabi_memcpy8", 2, 1520),
-    ("__aeabi_memclr4", 1, 512),
-    ("__aeabi_memclr8", 1, 32),
-];
 
 /// Bounds of a program for all inputs.
 #[derive(Debug)]
@@ -102,14 +93,20 @@ fn check_sizes(
         }
     }
     // Some of these routines end as others, with the same sizes.
-    let is_routine =
-        |function: &&Function| ROUTINES.iter().any(|(name, ..)| function.is_named(name));
-    for (name, register, most) in ROUTINES {
+    for Routine {
+        name,
+        register,
+        most,
+    } in ROUTINES
+    {
         let routines = program
             .functions()
             .filter(|function| function.is_named(name));
         for routine in routines {
-            let callers = reached.iter().copied().filter(|caller| !is_routine(caller));
+            let callers = reached
+                .iter()
+                .copied()
+                .filter(|caller| Routine::of(caller).is_none());
             let greatest = program.greatest_argument(callers, routine.address, register);
             if greatest.is_none_or(|greatest| greatest > most) {
                 return Err(Error::Size {

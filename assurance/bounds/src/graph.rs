@@ -198,7 +198,8 @@ mod tests {
             stack: 0,
             cycles: 1,
             lines_16: 1,
-            constant: None,
+            begins_block: 0,
+            assigned: Vec::new(),
         };
         Function {
             name: "f".into(),

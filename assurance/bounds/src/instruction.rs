@@ -50,18 +50,27 @@ pub struct Instruction {
     /// Lines of the flash that are read for it, in sixteenths, at the most: its share of a line,
     /// the lines at both ends of the code up to the next branch, and its loads.
     pub lines_16: u64,
-    /// The constant that it loads into a register, and the number of the register.
-    pub constant: Option<(u8, u64)>,
+    /// Instructions after it that it makes conditional: an IT block, which begins with it.
+    pub begins_block: u64,
+    /// The registers of [`ARGUMENTS`] that it may write, and the constant if it is one.
+    pub assigned: Vec<(u8, Option<u64>)>,
 }
+
+/// Registers of arguments, and their numbers. A call may change them.
+const ARGUMENTS: [(u8, u32); 2] = [(1, ArmReg::ARM_REG_R1), (2, ArmReg::ARM_REG_R2)];
 
 /// Cycles to refill the pipeline after a branch: 1 to 3 (section 3.3.1).
 const REFILL: u64 = 3;
 /// Greatest size by which an alignment moves the stack pointer, bytes.
 const ALIGNMENT: u64 = 16;
 
+/// Code of N bytes that begins at an even address lies in (N + 29)/16 lines at the most.
+const ENDS: u64 = 2 * LINE_BYTES - 3;
+
 impl Instruction {
-    /// Decodes an instruction; the error names what the analysis does not cover.
-    pub fn decode(engine: &Capstone, insn: &Insn<'_>) -> Result<Self, String> {
+    /// Decodes an instruction, of an IT block or not; the error names what the analysis does not
+    /// cover.
+    pub fn decode(engine: &Capstone, insn: &Insn<'_>, in_block: bool) -> Result<Self, String> {
         let detail = engine
             .insn_detail(insn)
             .map_err(|error| error.to_string())?;
@@ -70,21 +79,29 @@ impl Instruction {
         let operands: Vec<_> = detail.operands().map(|operand| operand.op_type).collect();
         let decoded = Decoded {
             id: ArmInsn::from(insn.id().0),
-            is_conditional: !matches!(detail.cc(), ArmCC::ARM_CC_AL | ArmCC::ARM_CC_INVALID),
+            is_conditional: in_block
+                || !matches!(detail.cc(), ArmCC::ARM_CC_AL | ArmCC::ARM_CC_INVALID),
             writes_back: detail.writeback(),
             operands,
         };
         let flow = decoded.flow()?;
-        let ends = if flow == Flow::Next { 0 } else { 2 };
+        let ends = if flow == Flow::Next { 0 } else { ENDS };
         Ok(Self {
             address: insn.address(),
             size: insn.bytes().len() as u64,
             stack: decoded.stack()?,
             cycles: decoded.cycles(&flow),
-            lines_16: insn.bytes().len() as u64 + LINE_BYTES * (ends + decoded.loads()),
-            constant: decoded.constant(),
+            lines_16: insn.bytes().len() as u64 + ends + LINE_BYTES * decoded.loads(),
+            begins_block: decoded.begins_block(insn.bytes()),
+            assigned: decoded.assigned(&flow),
             flow,
         })
+    }
+
+    /// Whether it may write a register of an argument, and the constant if it is one.
+    pub fn assigned(&self, register: u8) -> Option<Option<u64>> {
+        let assigned = self.assigned.iter().find(|(number, _)| *number == register);
+        assigned.map(|(_, constant)| *constant)
     }
 }
 
@@ -134,6 +151,14 @@ impl Decoded {
         (0..self.operands.len()).any(|at| self.register(at) == Some(register))
     }
 
+    /// Whether this register has the address of its memory.
+    fn has_base(&self, register: u32) -> bool {
+        self.operands.iter().any(|operand| match operand {
+            ArmOperandType::Mem(memory) => u32::from(memory.base().0) == register,
+            _ => false,
+        })
+    }
+
     fn flow(&self) -> Result<Flow, String> {
         use ArmInsn::*;
         Ok(match self.id {
@@ -145,7 +170,7 @@ impl Decoded {
             ARM_INS_BX | ARM_INS_BLX => return Err("a call by pointer".into()),
             ARM_INS_TBB => Flow::Table { entry: 1 },
             ARM_INS_TBH => Flow::Table { entry: 2 },
-            ARM_INS_UDF => Flow::Never,
+            ARM_INS_UDF if !self.is_conditional => Flow::Never,
             ARM_INS_POP | ARM_INS_LDM if self.writes(PC) => self.returns(),
             ARM_INS_LDR if self.register(0) == Some(PC) => self.loads_pc()?,
             ARM_INS_MOV | ARM_INS_ADD if self.register(0) == Some(PC) => {
@@ -221,27 +246,42 @@ impl Decoded {
         own + if *flow == Flow::Next { 0 } else { REFILL }
     }
 
-    /// Words that it loads.
+    /// Words that it loads, not of the stack.
     fn loads(&self) -> u64 {
         use ArmInsn::*;
         match self.id {
+            _ if self.has_base(SP) => 0,
             ARM_INS_LDM | ARM_INS_LDMDB => self.listed() - 1,
             ARM_INS_LDR | ARM_INS_LDRB | ARM_INS_LDRH | ARM_INS_LDRSB | ARM_INS_LDRSH
             | ARM_INS_LDREX | ARM_INS_LDREXB | ARM_INS_VLDR | ARM_INS_TBB | ARM_INS_TBH => 1,
-            ARM_INS_LDRD | ARM_INS_VLDMIA => 2 * self.listed(),
+            ARM_INS_LDRD => 2,
+            ARM_INS_VLDMIA => 2 * self.listed(),
             _ => 0,
         }
     }
 
-    fn constant(&self) -> Option<(u8, u64)> {
+    /// The last bit that is set ends the mask of an IT (DDI 0403E, A7.7.38).
+    fn begins_block(&self, bytes: &[u8]) -> u64 {
+        match (self.id, bytes) {
+            (ArmInsn::ARM_INS_IT, [mask, ..]) => 4 - u64::from(mask.trailing_zeros().min(4)),
+            _ => 0,
+        }
+    }
+
+    /// A register that is an operand may be written.
+    fn assigned(&self, flow: &Flow) -> Vec<(u8, Option<u64>)> {
         use ArmInsn::*;
-        let is_move = matches!(self.id, ARM_INS_MOV | ARM_INS_MOVW);
-        let number = match self.register(0)? {
-            ArmReg::ARM_REG_R1 => 1,
-            ArmReg::ARM_REG_R2 => 2,
-            _ => return None,
+        let is_constant = !self.is_conditional && matches!(self.id, ARM_INS_MOV | ARM_INS_MOVW);
+        let constant = self.immediate(1).filter(|_| is_constant);
+        let constant = constant.and_then(|value| u64::try_from(value).ok());
+        let may_write = |register| {
+            matches!(flow, Flow::Call(_))
+                || self.writes(register)
+                || self.writes_back && self.has_base(register)
         };
-        let value = u64::try_from(self.immediate(1)?).ok()?;
-        is_move.then_some((number, value))
+        let assigned = ARGUMENTS
+            .into_iter()
+            .filter(|(_, register)| may_write(*register));
+        assigned.map(|(number, _)| (number, constant)).collect()
     }
 }

@@ -11,6 +11,7 @@ mod instruction;
 mod loops;
 mod program;
 mod report;
+mod routine;
 mod stack;
 mod time;
 

@@ -1,6 +1,6 @@
 //! The functions of a program with their instructions.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use capstone::arch::arm::{ArchExtraMode, ArchMode};
 use capstone::prelude::*;
@@ -22,14 +22,32 @@ pub struct Function {
     pub(crate) calls: Vec<(u64, u64)>,
 }
 
-/// Instructions before a call in which a constant argument is searched.
-const ARGUMENT_DISTANCE: usize = 12;
-
 impl Function {
     /// Whether its path ends with this name.
     pub fn is_named(&self, name: &str) -> bool {
         let path = self.name.strip_suffix(name);
         path.is_some_and(|path| path.is_empty() || path.ends_with("::"))
+    }
+
+    /// The greatest constant in a register before an instruction; `None` if the register is not
+    /// constant on one of the paths to it.
+    pub(crate) fn greatest_before(&self, at: u64, register: u8) -> Option<u64> {
+        let mut greatest = 0;
+        let (mut reached, mut todo) = (BTreeSet::new(), vec![at]);
+        while let Some(at) = todo.pop() {
+            if at == self.address {
+                return None;
+            }
+            let leads_here = |(_, following): &&(Instruction, Vec<u64>)| following.contains(&at);
+            for (instruction, _) in self.instructions.values().filter(leads_here) {
+                if let Some(constant) = instruction.assigned(register) {
+                    greatest = greatest.max(constant?);
+                } else if reached.insert(instruction.address) {
+                    todo.push(instruction.address);
+                }
+            }
+        }
+        Some(greatest)
     }
 }
 
@@ -76,7 +94,7 @@ impl Program {
     }
 
     /// The greatest constant in register r`register` at the calls of a routine by these functions;
-    /// `None` if a call has no constant there. It is loaded by the instructions before the call.
+    /// `None` if a call has no constant there.
     pub fn greatest_argument<'a>(
         &self,
         callers: impl IntoIterator<Item = &'a Function>,
@@ -86,15 +104,7 @@ impl Program {
         let mut greatest = 0;
         for caller in callers {
             for (at, _) in caller.calls.iter().filter(|(_, callee)| *callee == routine) {
-                let before = caller
-                    .instructions
-                    .range(..at)
-                    .rev()
-                    .take(ARGUMENT_DISTANCE);
-                let constant = before
-                    .filter_map(|(_, (instruction, _))| instruction.constant)
-                    .find(|(number, _)| *number == register);
-                greatest = greatest.max(constant?.1);
+                greatest = greatest.max(caller.greatest_before(*at, register)?);
             }
         }
         Some(greatest)
@@ -172,6 +182,8 @@ impl<'a> Reader<'a> {
             instructions: BTreeMap::new(),
             calls: Vec::new(),
         };
+        // How many instructions of an IT block begin at an address.
+        let mut conditional = BTreeMap::new();
         let mut todo = vec![address];
         while let Some(at) = todo.pop() {
             if function.instructions.contains_key(&at) {
@@ -182,8 +194,13 @@ impl<'a> Reader<'a> {
                 address: at,
                 what,
             };
-            let instruction = self.instruction(at).map_err(problem)?;
+            let in_block: u64 = conditional.get(&at).copied().unwrap_or_default();
+            let instruction = self.instruction(at, in_block > 0).map_err(problem)?;
             let next = at + instruction.size;
+            conditional.insert(
+                next,
+                instruction.begins_block.max(in_block.saturating_sub(1)),
+            );
             // Behind the call of a function that does not return there may be another function.
             let next: Vec<_> = Some(next).filter(within).into_iter().collect();
             let targets = match &instruction.flow {
@@ -209,7 +226,7 @@ impl<'a> Reader<'a> {
         Ok(function)
     }
 
-    fn instruction(&self, at: u64) -> Result<Instruction, String> {
+    fn instruction(&self, at: u64, is_conditional: bool) -> Result<Instruction, String> {
         /// Of the longest instruction.
         const BYTES: u64 = 4;
         let decoded = self
@@ -217,7 +234,7 @@ impl<'a> Reader<'a> {
             .disasm_count(self.bytes(at, BYTES), at, 1)
             .map_err(|error| error.to_string())?;
         let insn = decoded.first().ok_or("no valid instruction")?;
-        Instruction::decode(&self.engine, insn)
+        Instruction::decode(&self.engine, insn, is_conditional)
     }
 
     /// Targets of a table at an address: half their distance from it is in each entry.

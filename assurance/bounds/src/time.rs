@@ -7,6 +7,7 @@ use std::ops::{Add, Mul};
 
 use crate::loops::LoopBounds;
 use crate::program::{Function, Program};
+use crate::routine::Routine;
 use crate::{Error, graph};
 
 /// Wait states of the flash at 168 MHz and 3.3 V (RM0090, table 11).
@@ -120,9 +121,31 @@ impl<'a> TimeBounds<'a> {
         if let Some(cost) = self.known.borrow().get(&function.address) {
             return Ok(*cost);
         }
+        let cost = self.longest(function, &|bound| bound)?;
+        self.known.borrow_mut().insert(function.address, cost);
+        Ok(cost)
+    }
+
+    /// The worst case of a call: that of a memory routine depends on the size.
+    fn of_call(&self, caller: &Function, at: u64, callee: &Function) -> Result<Cost, Error> {
+        let size = Routine::of(callee).and_then(|routine| {
+            let size = caller.greatest_before(at, routine.register)?;
+            Some((size, routine.most))
+        });
+        match size {
+            // The first execution of a header is the entry.
+            Some((size, most)) => self.longest(callee, &|bound| {
+                1 + (bound.saturating_sub(1) * size).div_ceil(most)
+            }),
+            None => self.cost(callee),
+        }
+    }
+
+    /// The worst case of a function with its bounds as they apply to a call.
+    fn longest(&self, function: &Function, applied: &dyn Fn(u64) -> u64) -> Result<Cost, Error> {
         let mut called = BTreeMap::<u64, Cost>::new();
         for (at, callee) in &function.calls {
-            let cost = self.cost(self.program.at(*callee)?)?;
+            let cost = self.of_call(function, *at, self.program.at(*callee)?)?;
             called
                 .entry(*at)
                 .and_modify(|most| *most = most.max(cost))
@@ -150,10 +173,8 @@ impl<'a> TimeBounds<'a> {
             };
             own + called.get(&at).copied().unwrap_or_default()
         };
-        let cost = graph::longest(function, &own, &|header| {
-            bounds.get(&header).map_or(1, |bound| **bound)
-        });
-        self.known.borrow_mut().insert(function.address, cost);
-        Ok(cost)
+        Ok(graph::longest(function, &own, &|header| {
+            bounds.get(&header).map_or(1, |bound| applied(**bound))
+        }))
     }
 }
