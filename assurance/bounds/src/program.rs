@@ -127,6 +127,12 @@ fn symbols(elf: &object::File<'_>) -> BTreeMap<u64, (u64, String)> {
         .collect()
 }
 
+fn engine() -> Result<Capstone, Error> {
+    let builder = Capstone::new().arm().mode(ArchMode::Thumb);
+    let builder = builder.extra_mode([ArchExtraMode::MClass].into_iter());
+    Ok(builder.detail(true).build()?)
+}
+
 struct Reader<'a> {
     engine: Capstone,
     code: Vec<(u64, &'a [u8])>,
@@ -137,12 +143,6 @@ struct Reader<'a> {
 
 impl<'a> Reader<'a> {
     fn new(elf: &object::File<'a>) -> Result<Self, Error> {
-        let engine = Capstone::new()
-            .arm()
-            .mode(ArchMode::Thumb)
-            .extra_mode([ArchExtraMode::MClass].into_iter())
-            .detail(true)
-            .build()?;
         let mut code = Vec::new();
         for section in elf.sections() {
             if section.kind() == SectionKind::Text {
@@ -157,7 +157,7 @@ impl<'a> Reader<'a> {
             })
             .collect();
         Ok(Self {
-            engine,
+            engine: engine()?,
             code,
             mapping,
         })
@@ -255,5 +255,45 @@ impl<'a> Reader<'a> {
         targets.sort_unstable();
         targets.dedup();
         targets
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The function of this code at address 0.
+    fn function(code: &[u16]) -> Function {
+        let bytes: Vec<u8> = code.iter().flat_map(|it| it.to_le_bytes()).collect();
+        let reader = Reader {
+            engine: engine().unwrap(),
+            code: vec![(0, &bytes)],
+            mapping: BTreeMap::new(),
+        };
+        let size = bytes.len() as u64;
+        reader.function("f".into(), 0, size).unwrap()
+    }
+
+    #[test]
+    fn code_behind_a_conditional_return_is_a_part_of_the_function() {
+        // cmp r1, #4; it cc; popcc {r7, pc}; movs r1, #8; pop {r7, pc}
+        let with_return = function(&[0x2904, 0xbf38, 0xbd80, 0x2108, 0xbd80]);
+        assert_eq!(with_return.instructions.len(), 5);
+        // ite cc: the condition of both instructions, not of the third.
+        let both = function(&[0x2904, 0xbf34, 0x2108, 0x2109, 0xbd80, 0x2108]);
+        assert_eq!(both.instructions.len(), 5);
+    }
+
+    #[test]
+    fn an_argument_is_the_greatest_constant_of_all_paths_to_the_call() {
+        // movs r1, #8; beq 6; movs r1, #32; 6: bl; pop {r7, pc}
+        let call = function(&[0x2108, 0xd000, 0x2120, 0xf000, 0xf800, 0xbd80]);
+        assert_eq!(call.greatest_before(6, 1), Some(32));
+        assert_eq!(call.greatest_before(6, 2), None);
+        // After the call its register has any value.
+        assert_eq!(call.greatest_before(10, 1), None);
+        // ldr r1, [r2]; beq 6
+        let unknown = function(&[0x6811, 0xd000, 0x2120, 0xf000, 0xf800, 0xbd80]);
+        assert_eq!(unknown.greatest_before(6, 1), None);
     }
 }
