@@ -23,7 +23,8 @@
 /// The list of the handlers, as text in the program.
 macro_rules! handlers {
     ($($interrupt:ident, $task:ident, $priority:literal, $runs:literal;)+) => {
-        /// One line for each handler: interrupt, task, priority, runs in a control period.
+        /// One line for each handler: interrupt, task, priority, runs in a control period; `#` is the
+        /// number of PWM periods.
         const LIST: &str = concat!(
             $(stringify!($interrupt), ",", stringify!($task), ",", $priority, ",", $runs, "\n"),+
         );
@@ -34,7 +35,11 @@ macro_rules! handlers {
             let mut bytes = [0; LIST.len()];
             let mut at = 0;
             while at < bytes.len() {
-                bytes[at] = LIST.as_bytes()[at];
+                bytes[at] = match LIST.as_bytes()[at] {
+                    // One digit.
+                    b'#' => b'0' + (crate::actuator::timing::PWM_PERIODS % 10) as u8,
+                    byte => byte,
+                };
                 at += 1;
             }
             bytes
@@ -55,7 +60,7 @@ macro_rules! actuator_program {
         software: [$comparison:ident, $cycle:ident, $background:ident $(,)?] $(,)?
     ) => {
         handlers! {
-            $edge, pwm_edge, 4, 4;
+            $edge, pwm_edge, 4, "#";
             $instant, sampling_instant, 4, 3;
             $encoder_read, control_step, 4, 1;
             $comparison, comparison, 4, 1;
@@ -65,8 +70,6 @@ macro_rules! actuator_program {
             $bus_status, bus_status_changed, 2, 2;
             $background, background, 1, 1;
         }
-
-        const _: () = assert!(crate::actuator::timing::PWM_PERIODS == 4);
 
         /// Tasks and their resources.
         #[allow(
