@@ -39,6 +39,11 @@ impl<T: Hash> Checked<T> {
         &self.value
     }
 
+    /// Makes the check value wrong: whoever verifies the message detects it as corrupt.
+    pub fn invalidate(&mut self) {
+        self.check = !check_value(&self.value);
+    }
+
     /// Changes the content. Returns false, without a change, if the content differs from its check
     /// value: the check value never becomes valid for corrupt content.
     pub fn update(&mut self, change: impl FnOnce(&mut T)) -> bool {

@@ -3,9 +3,11 @@
 
 mod exchange;
 
+use core::mem::replace;
+
 use canopen::{CanFrame, NmtState, NodeId};
 use drivers::can::AcceptedIds;
-use embedded_can::Frame as _;
+use embedded_can::{Frame as _, Id};
 use firmware::drive::{Device, StoredParameters};
 
 use super::{
@@ -107,6 +109,28 @@ impl CommTask {
         now_us
     }
 
+    /// Processes the next received frame. Process data, which commands the drive at once, is applied
+    /// twice from the same commands, each time read from the queue: if the results differ, a frame
+    /// would act that no master has sent.
+    fn receive(&mut self, now_us: u64) {
+        let commands = self.device.drive.messages.commands;
+        let is_repeated = match self.queues.received.peek() {
+            Some(frame) if is_process_data(frame) && !self.device.node().is_sync(frame.id()) => {
+                self.device.receive(frame, now_us);
+                true
+            }
+            _ => false,
+        };
+        let once = replace(&mut self.device.drive.messages.commands, commands);
+        if let Some(frame) = self.queues.received.dequeue() {
+            self.device.receive(&frame, now_us);
+        }
+        let again = &mut self.device.drive.messages.commands;
+        if is_repeated && once.unverified() != again.unverified() {
+            again.invalidate();
+        }
+    }
+
     /// Queues as many frames as there is room for; the others remain in the node. An EMCY goes
     /// before all process data: if some waits it is discarded, also from the mailboxes, and sampled
     /// again.
@@ -129,6 +153,15 @@ impl CommTask {
     }
 }
 
+/// Whether a frame is no service: not NMT, SDO, the heartbeat of another node or LSS, whose
+/// identifiers no PDO may have (CiA 301, 7.3.5, restricted CAN-IDs).
+fn is_process_data(frame: &CanFrame) -> bool {
+    match frame.id() {
+        Id::Standard(id) => !matches!(id.as_raw(), 0 | 0x600..=0x67F | 0x700..),
+        Id::Extended(_) => true,
+    }
+}
+
 /// Processes the received frames and due events, and queues the frames to be transmitted; returns
 /// whether frames were received. Not inlined and with a fixed symbol, so that the emulator counts
 /// its instructions.
@@ -138,10 +171,7 @@ fn process_frames(task: &mut CommTask, now_us: u64) -> bool {
     // Frames that arrive meanwhile wait for the next cycle, so that this one ends.
     let received = task.queues.received.len();
     for _ in 0..received {
-        let Some(frame) = task.queues.received.dequeue() else {
-            break;
-        };
-        task.device.receive(&frame, now_us);
+        task.receive(now_us);
         task.queue_frames();
     }
     task.device.communicate(now_us);
