@@ -54,6 +54,8 @@ class Motion(Bench):
         self.wire.send(0, [1, self.node])
 
     def tearDown(self):
+        # Each queued change of the controlword acts in a control period of its own.
+        time.sleep(0.05)
         self.write(0x6040, 0, "<H", SHUTDOWN)
 
     def write(self, index, sub, layout, value):
