@@ -38,7 +38,7 @@ PLANTED = [
         "the integrator's limit is 2^31",
         {},
         (
-            "rate_loop::RateLoopState::step",
+            "rate_loop::RateLoopState::regulate",
             r"(limit_whole\S+\(ptr align 8 %self, i32) 268435456",
             r"\1 2147483647",
         ),

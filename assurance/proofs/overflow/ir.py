@@ -102,7 +102,8 @@ def size(kind):
 
 
 def demangled(name):
-    """The path of a function of the legacy mangling, without its hash; others as they are."""
+    """The path of a function of the legacy mangling, without its hash and without the parameters of
+    its type; others as they are."""
     if not name.startswith("_ZN"):
         return name
     rest, parts = name[3:], []
@@ -110,7 +111,7 @@ def demangled(name):
         digits = re.match(r"\d+", rest).group()
         parts.append(rest[len(digits) : len(digits) + int(digits)])
         rest = rest[len(digits) + int(digits) :]
-    return "::".join(parts[:-1])
+    return "::".join(part.removesuffix("$LT$_$GT$") for part in parts[:-1])
 
 
 class Program:
