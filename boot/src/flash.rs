@@ -2,8 +2,8 @@
 
 use core::task::Poll;
 
-/// A flash operation failed: the flash controller reported an error, or the content that was read back is
-/// not the content that was written.
+/// A flash operation failed: the flash controller reported an error, or the content that was read
+/// back is not the content that was written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FlashError;
 
@@ -37,8 +37,8 @@ pub trait Flash: ReadFlash {
     fn program(&mut self, address: u32, word: u32) -> Result<(), FlashError>;
 }
 
-/// As [`Flash`], with functions that do not wait: the program of the board continues meanwhile. It is
-/// read, and the next operation is started, only when the last one has ended.
+/// As [`Flash`], with functions that do not wait: the program of the board continues meanwhile. It
+/// is read, and the next operation is started, only when the last one has ended.
 pub trait PolledFlash: ReadFlash {
     /// Starts to erase the sector of this number.
     fn start_erase(&mut self, sector: u8);

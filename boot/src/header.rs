@@ -98,8 +98,8 @@ pub struct Header {
 }
 
 impl Header {
-    /// The header at the start of an image; `None` if there is no header, it is of another format, or
-    /// its CRC is wrong.
+    /// The header at the start of an image; `None` if there is no header, it is of another format,
+    /// or its CRC is wrong.
     pub fn read(image: &[u8]) -> Option<Self> {
         let word = |at: usize| {
             let bytes = image.get(at..)?.first_chunk()?;

@@ -226,8 +226,8 @@ fn with_any_excitation_of_the_board_the_loop_stays_within_its_limit() {
 /// Modes of operation.
 const MODES: [u8; 4] = [1, 3, 8, 9];
 
-/// Instructions of the loop in a control period in which a mode decelerates: the velocity from which the axis still stops
-/// at a target or before a limit takes a root and divisions of 64 bits.
+/// Instructions of the loop in a control period in which a mode decelerates: the velocity from
+/// which the axis still stops at a target or before a limit takes a root and divisions of 64 bits.
 const WITH_A_STOP: u64 = 9_200;
 
 /// Each mode of operation for a second: set-points to and fro, velocities into both position

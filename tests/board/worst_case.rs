@@ -52,8 +52,8 @@ fn most(spans: &[Span]) -> u64 {
 }
 
 /// Most difference between two starts of the control step, counted from the first PWM edge of its
-/// control period: the encoder's transfer ends at a fixed time behind it, and nothing but a PWM edge
-/// or a sampling instant, which are never due then, has the priority of the step.
+/// control period: the encoder's transfer ends at a fixed time behind it, and nothing but a PWM
+/// edge or a sampling instant, which are never due then, has the priority of the step.
 const JITTER_NS: u64 = 2_000;
 
 /// The earliest and the latest start of a control step after a PWM edge.

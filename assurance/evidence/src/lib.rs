@@ -1,9 +1,9 @@
 //! The experiments on the project, and the sources on which their results depend.
 //!
-//! `assurance/evidence.toml` says for each experiment what it shows, its command, and the commit and
-//! a hash of the sources that it last ran with. A result is stale as soon as one of these sources has
-//! changed. The hash is that of the names and contents that git has of them, so that it is computed
-//! without reading a file.
+//! `assurance/evidence.toml` says for each experiment what it shows, its command, and the commit
+//! and a hash of the sources that it last ran with. A result is stale as soon as one of these
+//! sources has changed. The hash is that of the names and contents that git has of them, so that it
+//! is computed without reading a file.
 
 mod list;
 mod record;

@@ -17,7 +17,8 @@ impl Repository {
         Self(folder.into())
     }
 
-    /// The hash of the files that these path specifications name: of their modes, contents and names.
+    /// The hash of the files that these path specifications name: of their modes, contents and
+    /// names.
     ///
     /// # Errors
     /// One of them names no file, or git fails.

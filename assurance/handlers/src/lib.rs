@@ -1,8 +1,8 @@
 //! The interrupt handlers of the actuator board's program, from its ELF file.
 //!
 //! The section `.handlers` has the list that `actuator_program!` makes: interrupt, task, priority,
-//! and runs in a control period. The vector table has the numbers of their exceptions, and must have
-//! no other handler.
+//! and runs in a control period. The vector table has the numbers of their exceptions, and must
+//! have no other handler.
 
 #![forbid(unsafe_code)]
 

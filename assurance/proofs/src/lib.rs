@@ -1,5 +1,6 @@
 //! The control step as functions that are not inlined into others, so that each exists in the
-//! compiler's intermediate code, from which `assurance/proofs/overflow/` proves that nothing overflows.
+//! compiler's intermediate code, from which `assurance/proofs/overflow/` proves that nothing
+//! overflows.
 //!
 //! They are compiled for the board, so that the digits of the Cortex-M4's product are what is
 //! proved.

@@ -70,8 +70,8 @@ impl Actuator {
         }
     }
 
-    /// Advances by the ticks that `plan` returns for the state, after which the caller is beyond its
-    /// tick by the second number, and checks for an interrupt meanwhile.
+    /// Advances by the ticks that `plan` returns for the state, after which the caller is beyond
+    /// its tick by the second number, and checks for an interrupt meanwhile.
     fn run(
         &self,
         py: Python<'_>,

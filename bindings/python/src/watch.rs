@@ -17,8 +17,8 @@ pub type Report<'py> = Option<Bound<'py, PyAny>>;
 
 /// Runs a job in another thread, without the interpreter lock.
 ///
-/// `progress` returns the finished part and the total, for the callback. An interrupt, or an exception of
-/// the callback, calls `stop` and returns at once: the thread ends at its next check.
+/// `progress` returns the finished part and the total, for the callback. An interrupt, or an
+/// exception of the callback, calls `stop` and returns at once: the thread ends at its next check.
 pub fn run<T: Send + 'static>(
     py: Python<'_>,
     report: &Report<'_>,

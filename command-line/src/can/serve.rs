@@ -19,9 +19,9 @@ use host_sim::can::server::{Notice, Server};
 
 /// Runs actuators on a virtual CAN bus in real time, and provides the bus as slcan
 ///
-/// Up to 64 clients can connect. One that sends more frames than the bus carries is delayed; one that
-/// does not read loses lines, which its status `F` reports. A line on standard output reports that
-/// the server is ready, lines on standard error report such clients; an interrupt ends it.
+/// Up to 64 clients can connect. One that sends more frames than the bus carries is delayed; one
+/// that does not read loses lines, which its status `F` reports. A line on standard output reports
+/// that the server is ready, lines on standard error report such clients; an interrupt ends it.
 ///
 /// With ELF files the programs run on emulated boards instead, and the server provides the serial
 /// line of the communication board, which has one client at a time: further ones are refused.

@@ -85,8 +85,8 @@ fn eight_floods_at_once_delay_no_actuator_and_take_no_memory() {
     let served = Served::new(&["--nodes", "2"]);
     let sdo = b"t60184041600000000000\r";
     let nonsense = [b'x'; 100];
-    // Frames without a receiver, requests that are answered, a command with an answer three times as long,
-    // and a line without end: each by a client that reads and by one that does not.
+    // Frames without a receiver, requests that are answered, a command with an answer three times
+    // as long, and a line without end: each by a client that reads and by one that does not.
     let texts: [&[u8]; 4] = [b"t70181122334455667788\r", sdo, b"V\r", &nonsense];
     let stop = AtomicBool::new(false);
     thread::scope(|scope| {

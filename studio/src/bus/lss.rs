@@ -79,7 +79,8 @@ impl<'a> LssMaster<'a> {
         Ok(Some(identity))
     }
 
-    /// Assigns this node-ID to the device in the configuration state, stores it, and starts the device.
+    /// Assigns this node-ID to the device in the configuration state, stores it, and starts the
+    /// device.
     ///
     /// # Errors
     /// Those of the bus, and [`ClientError::NotNow`] if the device refuses.

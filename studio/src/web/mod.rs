@@ -2,7 +2,8 @@
 //!
 //! One thread waits for all connections. Everything that others can fill has a bound: connections,
 //! heads, messages, and the bytes that wait for a page that does not read. Samples that do not fit
-//! are dropped, and their number is reported to the page; a page that does not even read answers is closed.
+//! are dropped, and their number is reported to the page; a page that does not even read answers is
+//! closed.
 
 mod assets;
 mod connection;

@@ -5,8 +5,8 @@
 //!
 //! The profile is that of the tests, so that nothing is built for it alone.
 //!
-//! The program runs itself in valgrind. What it counts begins at [`begin_counting`]; the translation
-//! of the board's program is counted apart, since each part of it is translated once.
+//! The program runs itself in valgrind. What it counts begins at [`begin_counting`]; the
+//! translation of the board's program is counted apart, since each part of it is translated once.
 
 use std::{fs, process::Command};
 
@@ -95,8 +95,8 @@ fn count() -> (u64, u64) {
     (total.expect("a total"), inclusive(&profile, TRANSLATES))
 }
 
-/// Instructions of the calls of a function, with all that it calls: a line `cfn=(number) name`, with
-/// the name at the first only, a line `calls=`, and a line with place and count.
+/// Instructions of the calls of a function, with all that it calls: a line `cfn=(number) name`,
+/// with the name at the first only, a line `calls=`, and a line with place and count.
 fn inclusive(profile: &str, name: &str) -> u64 {
     let mut own = None;
     let mut sum = 0;

@@ -3,8 +3,8 @@
 //! A figure of the page is one that a test or benchmark printed, so none is typed by hand. What is
 //! timed is timed in several runs with pauses between them, and the page states the least and the
 //! greatest value by processor. The page names the commit, the date and the load of the machine;
-//! `docs/figures.jsonl` keeps every measurement, and `docs/figures.svg` shows those on the processor
-//! of the last one.
+//! `docs/figures.jsonl` keeps every measurement, and `docs/figures.svg` shows those on the
+//! processor of the last one.
 
 mod history;
 mod machine;

@@ -29,7 +29,8 @@ pub enum Rule {
     Ranges,
     /// Threshold of the comparator.
     Trip,
-    /// Gates get the voltage for which the transistors are specified, and no more than they withstand.
+    /// Gates get the voltage for which the transistors are specified, and no more than they
+    /// withstand.
     Gates,
     /// Voltages from outside are limited at the processor's pins.
     Clamps,
