@@ -7,7 +7,7 @@
 //! 2. The page that requested the motion is closed, or does not answer for [`PAGE_SILENT`]: this
 //!    program stops the drive as for 1.
 //! 3. This program has ended, or the bus has failed: the actuator monitors its heartbeat (1016h)
-//! while it is    enabled, and reacts according to 2040h:2.
+//!    while it is enabled, and reacts according to 2040h:2.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
