@@ -1,6 +1,8 @@
 //! The firmware's application and the simulator run the same control loop.
 
-use firmware::application::{Application, Bridge, Request, Samples};
+use firmware::application::{
+    Application, Bridge, Request, Samples, Settings as BoardSettings, Start,
+};
 use firmware::measure::Ripple;
 use firmware::parameters::BoardParameters;
 use model_core::actuator::{ModelKind, PlantKind, Settings};
@@ -41,12 +43,20 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
         let mut simulated = settings.around(motor()).expect("in range");
         let mut plant = motor();
         let mut encoder = Encoder::new(settings.encoder, Noise::new(0, 0));
-        let mut application = Application::new(BoardParameters {
+        let parameters = BoardParameters {
             control: Coefficients::try_new(&settings.control).expect("in range"),
             ..BoardParameters::DEFAULT
-        });
+        };
+        let of_board = BoardSettings {
+            board: &parameters,
+            ripple: &Ripple::of(7.7, 1e-3),
+        };
+        let mut application = Application::new(&parameters, Start::default());
         // Before the run the encoder is sampled once, then the loop is closed.
-        application.control_period(&Samples::at_rest(encoder.word(plant.at(0).angle_deg)));
+        application.control_period(
+            of_board,
+            &Samples::at_rest(encoder.word(plant.at(0).angle_deg)),
+        );
         application
             .request(Request::Enable)
             .expect("nothing is wrong");
@@ -60,7 +70,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
                     .request(Request::Command(target.into()))
                     .expect("from the bus");
                 let samples = samples(&mut encoder, plant.at(0), duty_pct, last);
-                let outputs = application.control_period(&samples);
+                let outputs = application.control_period(of_board, &samples);
                 let Bridge::Driven(compare) = outputs.bridge else {
                     panic!("{input}: the bridge is off at edge {edge}");
                 };

@@ -39,7 +39,8 @@ pub const MAGIC: u32 = u32::from_le_bytes(*b"SAIM");
 /// Format of the header.
 const FORMAT: u32 = 1;
 
-pub(crate) static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
+/// The CRC-32 of headers and programs.
+pub static CRC: Crc<u32, Table<1>> = Crc::<u32, Table<1>>::new(&CRC_32_ISO_HDLC);
 
 /// A version: 8 bits, 12 bits, 12 bits. A later version is a greater number.
 ///

@@ -40,7 +40,7 @@ pub mod waiting;
 
 pub use check::{Policy, Refusal, acceptable, header_of, whole};
 pub use flash::{Flash, FlashError, PolledFlash, ReadFlash};
-pub use header::{HEADER_SIZE, Header, SIGNED, Version};
+pub use header::{CRC, HEADER_SIZE, Header, SIGNED, Version};
 pub use install::{Bootloader, Cause, Decision, MAXIMUM_STARTS};
 pub use record::{Bus, Outcome, Phase, State};
 pub use signature::{DEVELOPMENT_KEY, DEVELOPMENT_SEED, Key, Verifier, image_hash};

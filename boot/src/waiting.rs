@@ -183,8 +183,9 @@ impl<'a, F: Flash, V: Verifier> Waiting<'a, F, V> {
 }
 
 impl<F: Flash, V: Verifier> Application for Waiting<'_, F, V> {
-    fn read(&mut self, address: Address) -> Result<u64, Abort> {
+    fn read(&mut self, entry: &Entry) -> Result<u64, Abort> {
         let staging = &self.bootloader.layout.staging;
+        let address = entry.address();
         Ok(match (address.index, address.sub) {
             (0x1018, 2) => self.bootloader.hardware.into(),
             (0x1018, 4) => self.serial_number.into(),
@@ -201,8 +202,8 @@ impl<F: Flash, V: Verifier> Application for Waiting<'_, F, V> {
         })
     }
 
-    fn write(&mut self, address: Address, value: u64) -> Result<(), Abort> {
-        match (address.index, value) {
+    fn write(&mut self, entry: &Entry, value: u64) -> Result<(), Abort> {
+        match (entry.address().index, value) {
             (0x1F51, 0) => Ok(()),
             (0x1F51, 1) => self.start(),
             (0x1F51, 3) => self.clear(self.capacity()),

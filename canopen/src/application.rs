@@ -2,7 +2,7 @@
 
 use core::task::Poll;
 
-use crate::dictionary::Address;
+use crate::dictionary::{Address, Entry};
 use crate::{Abort, ErrorCode, NmtState, NodeId};
 
 /// Kind of reset.
@@ -104,7 +104,7 @@ pub enum BitRate {
 ///
 /// Numbers are passed as `u64`: the bits of the data type, signed integers sign-extended to 64
 /// bits, so that `value as i32` is correct for every signed type of up to 32 bits. The server
-/// checks access, length, limits and relations before each call. Only addresses of the dictionary
+/// checks access, length, limits and relations before each call. Only entries of the dictionary
 /// are passed; return [`Abort::NoObject`] for any other.
 ///
 /// A method that returns [`Poll::Pending`] is called again with the same arguments from
@@ -120,14 +120,14 @@ pub trait Application {
     /// # Errors
     ///
     /// The reason for which the object cannot be read now.
-    fn read(&mut self, address: Address) -> Result<u64, Abort>;
+    fn read(&mut self, entry: &Entry) -> Result<u64, Abort>;
 
     /// Writes an object.
     ///
     /// # Errors
     ///
     /// The reason for which the value is refused; the object must be unchanged.
-    fn write(&mut self, address: Address, value: u64) -> Result<(), Abort>;
+    fn write(&mut self, entry: &Entry, value: u64) -> Result<(), Abort>;
 
     /// Whether objects marked [`guarded`](crate::dictionary::Entry::guarded) are write-protected
     /// now, and LSS does not change a node-ID and a bit rate that are configured. A drive returns

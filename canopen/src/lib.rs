@@ -25,13 +25,13 @@
 //! }
 //!
 //! impl Application for Encoder {
-//!     fn read(&mut self, address: Address) -> Result<u64, Abort> {
-//!         match (address.index, address.sub) {
+//!     fn read(&mut self, entry: &Entry) -> Result<u64, Abort> {
+//!         match (entry.address().index, entry.address().sub) {
 //!             (0x6064, 0) => Ok(self.angle_mdeg as u64),
 //!             _ => Err(Abort::NoObject),
 //!         }
 //!     }
-//!     fn write(&mut self, _: Address, _: u64) -> Result<(), Abort> {
+//!     fn write(&mut self, _: &Entry, _: u64) -> Result<(), Abort> {
 //!         Err(Abort::NoObject)
 //!     }
 //! }

@@ -33,7 +33,7 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
             let value = entry.default_value(self.node_id);
             return Ok(entry.data_type().decode(&value.to_le_bytes()));
         }
-        self.app.read(address)
+        self.app.read(entry)
     }
 
     /// Writes a numeric object after all checks, for an RPDO or a completed SDO download.
@@ -46,7 +46,7 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
         let address = entry.address();
         match self.services.write(address, value as u32, self.dictionary) {
             Some(done) => done?,
-            None => self.app.write(address, value)?,
+            None => self.app.write(entry, value)?,
         }
         // A change of the configuration invalidates 1020h "verify configuration".
         let configures = entry.mapping() == Mapping::None && entry.access() == Access::ReadWrite;

@@ -97,7 +97,7 @@ impl<'a> Actuator<'a> {
             parameters,
             excitation,
         } = &self.device.drive.messages;
-        let outputs = self.control_loop.step(&Inputs {
+        let outputs = *self.control_loop.step(&Inputs {
             samples,
             was_late: core::mem::take(&mut self.was_late),
             commands: commands.unverified(),

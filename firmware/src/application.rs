@@ -35,7 +35,7 @@ use model_core::control::{
 
 pub use crate::interface::{
     BoardState, Bridge, BusState, CommandSource, Motion, Outputs, Refused, Request, Samples, Scan,
-    Taken, Telemetry,
+    Settings, Taken, Telemetry,
 };
 
 pub(crate) use self::requests::may_retune;
@@ -48,8 +48,7 @@ use self::{
 use crate::{
     command::SetpointSource,
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, PERMANENT, Reaction},
-    measure::Ripple,
-    parameters::{BoardParameters, ModelSettings},
+    parameters::BoardParameters,
     protection::{Conditions, Measured, Protection},
     timing::periods,
     velocity::VelocityTracker,
@@ -95,10 +94,9 @@ impl Start {
     }
 }
 
-/// The application: its parameters and its state.
+/// The state of the application.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Application {
-    parameters: BoardParameters,
     control: CascadeState,
     velocity: VelocityTracker,
     state: BoardState,
@@ -114,40 +112,24 @@ pub struct Application {
     log: FaultLog,
     start: FaultSet,
     is_late: bool,
-    telemetry: Telemetry,
+    /// The last outputs.
+    outputs: Outputs,
 }
 
 impl Application {
-    /// An application after an ordinary reset, with parameters that were checked.
-    ///
-    /// ```
-    /// use firmware::{application::{Application, BoardState}, parameters::BoardParameters};
-    ///
-    /// assert_eq!(Application::new(BoardParameters::DEFAULT).state(), BoardState::Initialising);
-    /// ```
-    pub fn new(parameters: BoardParameters) -> Self {
-        Self::after(parameters, Start::default())
-    }
-
     /// An application after a reset of any kind; its causes become faults.
     ///
     /// ```
-    /// use firmware::application::{Application, Start};
+    /// use firmware::application::{Application, BoardState, Start};
     /// use firmware::parameters::BoardParameters;
     ///
     /// let start = Start { watchdog: true, ..Start::default() };
-    /// assert!(Application::after(BoardParameters::DEFAULT, start).faults().latched().is_empty());
+    /// let application = Application::new(&BoardParameters::DEFAULT, start);
+    /// assert_eq!(application.state(), BoardState::Initialising);
+    /// assert!(application.faults().latched().is_empty());
     /// ```
-    pub fn after(parameters: BoardParameters, start: Start) -> Self {
-        let motor = ModelSettings::DEFAULT;
-        let ripple = Ripple::of(motor.resistance_ohm, motor.inductance_h);
-        Self::with_ripple(parameters, start, ripple)
-    }
-
-    /// An application after a reset of any kind, for a motor whose current ripples like this.
-    pub(crate) fn with_ripple(parameters: BoardParameters, start: Start, ripple: Ripple) -> Self {
+    pub fn new(parameters: &BoardParameters, start: Start) -> Self {
         Self {
-            parameters,
             control: CascadeState::default(),
             velocity: VelocityTracker::default(),
             state: BoardState::Initialising,
@@ -155,19 +137,14 @@ impl Application {
             modulator: Modulator::default(),
             compare: PwmCompare::default(),
             setpoints: SetpointSource::new(&parameters.command),
-            protection: Protection::new(ripple),
+            protection: Protection::default(),
             stopping: Stopping::default(),
             back_emf_stop: None,
             log: FaultLog::default(),
             start: start.faults(),
             is_late: false,
-            telemetry: Telemetry::default(),
+            outputs: Outputs::default(),
         }
-    }
-
-    /// The motor has another winding.
-    pub(crate) fn set_ripple(&mut self, ripple: &Ripple) {
-        self.protection.set_ripple(ripple);
     }
 
     /// The operating state.
@@ -180,19 +157,24 @@ impl Application {
         &self.log
     }
 
+    /// The outputs of the last control period.
+    pub fn outputs(&self) -> &Outputs {
+        &self.outputs
+    }
+
+    /// The same, for what the loop adds to them.
+    pub(crate) fn outputs_mut(&mut self) -> &mut Outputs {
+        &mut self.outputs
+    }
+
     /// Measurements and state of the last control period.
     pub fn telemetry(&self) -> &Telemetry {
-        &self.telemetry
+        &self.outputs.telemetry
     }
 
     /// The velocity that is reported, mdeg/s.
     pub fn velocity_mdeg_s(&self) -> i32 {
         self.velocity.mdeg_s()
-    }
-
-    /// The parameters in force.
-    pub fn parameters(&self) -> &BoardParameters {
-        &self.parameters
     }
 
     /// The source of commands that is in force.
@@ -206,31 +188,28 @@ impl Application {
     }
 
     /// One control period.
-    pub fn control_period(&mut self, samples: &Samples) -> Outputs {
-        self.telemetry.tick = self.telemetry.tick.wrapping_add(1);
+    pub fn control_period(&mut self, settings: Settings<'_>, samples: &Samples) -> &Outputs {
+        let parameters = settings.board;
+        self.outputs.telemetry.tick = self.outputs.telemetry.tick.wrapping_add(1);
         self.count_missed(samples.missed_periods);
-        let measured = self.protection.measure(
-            &self.parameters,
-            samples,
-            self.control.shaft(),
-            self.compare,
-        );
+        let shaft = self.control.shaft();
+        let measured = (self.protection).measure(settings, samples, shaft, self.compare);
         self.update_telemetry(samples, &measured);
         if !self.control.shaft().is_known() {
             self.velocity.reset();
         }
-        self.control
-            .observe(&self.parameters.control, measured.count);
+        self.control.observe(&parameters.control, measured.count);
         let angle = measured.count.map(|_| self.control.angle());
         self.velocity.step(angle, samples.missed_periods);
         let setpoint = self.setpoints.next(
-            (&self.parameters.command, &self.parameters.servo),
+            (&parameters.command, &parameters.servo),
             samples.servo_pulse_us,
             self.control.angle(),
         );
-        self.protect(samples, &measured, setpoint);
-        self.regulate(&measured, setpoint);
-        self.outputs()
+        self.protect(settings, samples, &measured, setpoint);
+        self.regulate(settings, &measured, setpoint);
+        self.report(parameters);
+        &self.outputs
     }
 
     /// The last step ended too late: its duty took effect one PWM period after it was due. That
@@ -242,12 +221,13 @@ impl Application {
     /// Control periods that did not run: the next difference of counts spans them.
     fn count_missed(&mut self, periods: u8) {
         let missed = u32::from(periods);
-        self.telemetry.missed_periods = self.telemetry.missed_periods.saturating_add(missed);
+        self.outputs.telemetry.missed_periods =
+            self.outputs.telemetry.missed_periods.saturating_add(missed);
         self.control.miss(periods.into());
     }
 
     fn update_telemetry(&mut self, samples: &Samples, measured: &Measured) {
-        let t = &mut self.telemetry;
+        let t = &mut self.outputs.telemetry;
         t.bus = samples.bus;
         t.current_ma = measured
             .current
@@ -258,8 +238,15 @@ impl Application {
         t.magnet = measured.magnet.unwrap_or(t.magnet);
     }
 
-    fn protect(&mut self, samples: &Samples, measured: &Measured, setpoint: Setpoint) {
-        let gains = &self.parameters.control;
+    fn protect(
+        &mut self,
+        settings: Settings<'_>,
+        samples: &Samples,
+        measured: &Measured,
+        setpoint: Setpoint,
+    ) {
+        let parameters = settings.board;
+        let gains = &parameters.control;
         let conditions = Conditions {
             measured,
             is_driving: self.state.is_driving(),
@@ -273,7 +260,7 @@ impl Application {
             rate_command: self.last_step.rate_command,
             duty: self.last_step.duty,
             is_stale: self.state == BoardState::Enabled
-                && self.setpoints.is_stale(&self.parameters.command),
+                && self.setpoints.is_stale(&parameters.command),
             is_bus_lost: samples.bus == BusState::Off
                 && self.setpoints.selected() == CommandSource::Bus,
             is_tripped: samples.bridge_tripped,
@@ -281,18 +268,18 @@ impl Application {
                 .missed_periods
                 .saturating_add(u8::from(core::mem::take(&mut self.is_late))),
         };
-        let present = self.protection.check(&self.parameters, &conditions);
+        let present = self.protection.check(settings, &conditions);
         let present = present.or(self.start.and(PERMANENT));
-        self.telemetry.present = present;
+        self.outputs.telemetry.present = present;
         match self.state {
-            BoardState::Initialising => self.initialise(present),
-            _ => self.react(present),
+            BoardState::Initialising => self.initialise(parameters, present),
+            _ => self.react(parameters, present),
         }
     }
 
-    fn initialise(&mut self, present: FaultSet) {
+    fn initialise(&mut self, parameters: &BoardParameters, present: FaultSet) {
         let is_measured = self.control.shaft().is_known() && self.protection.is_complete();
-        if !is_measured && self.telemetry.tick < INITIALISING_PERIODS {
+        if !is_measured && self.outputs.telemetry.tick < INITIALISING_PERIODS {
             return;
         }
         let mut faults = self.start;
@@ -302,26 +289,27 @@ impl Application {
             faults.put(Fault::MeasurementLost, !self.protection.is_complete());
         }
         self.state = BoardState::Disabled;
-        self.latch(faults);
+        self.latch(parameters, faults);
     }
 
     /// Latches the present faults that are relevant in this state.
-    fn react(&mut self, present: FaultSet) {
+    fn react(&mut self, parameters: &BoardParameters, present: FaultSet) {
         let is_free = !self.state.is_driving() || self.back_emf_stop.is_some();
         if is_free && !present.and(POSITION_LOST).is_empty() {
             self.control.reset_position();
         }
-        self.latch(match self.state {
+        let relevant = match self.state {
             BoardState::Enabled => present,
             BoardState::QuickStop | BoardState::FaultReaction => present.without(OF_COMMANDS),
             _ => present.and(ALWAYS),
-        });
+        };
+        self.latch(parameters, relevant);
     }
 
-    fn latch(&mut self, faults: FaultSet) {
+    fn latch(&mut self, parameters: &BoardParameters, faults: FaultSet) {
         for fault in faults.without(self.log.latched()).iter() {
-            self.log.latch(fault, self.telemetry.tick);
-            match (self.reaction(fault), self.state) {
+            self.log.latch(fault, self.outputs.telemetry.tick);
+            match (reaction(parameters, fault), self.state) {
                 (Reaction::QuickStop, BoardState::Enabled) => self.stop(BoardState::FaultReaction),
                 // The ramp has ended: the shaft is held, or a load turns it.
                 (Reaction::QuickStop, BoardState::QuickStop)
@@ -354,25 +342,19 @@ impl Application {
         self.setpoints.stop();
     }
 
-    /// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.
-    fn reaction(&self, fault: Fault) -> Reaction {
-        let braking = self.parameters.braking_faults();
-        match fault.reaction() {
-            Reaction::StopByBackEmf if !braking.contains(fault) => Reaction::SwitchOff,
-            reaction => reaction,
-        }
-    }
-
     /// Closes the loop. Without a valid count the last duty stays in force.
-    fn regulate(&mut self, measured: &Measured, setpoint: Setpoint) {
+    fn regulate(&mut self, settings: Settings<'_>, measured: &Measured, setpoint: Setpoint) {
+        let parameters = settings.board;
         let is_valid = measured.count.is_some();
         match self.state {
             BoardState::FaultReaction if self.back_emf_stop.is_some() => {
-                self.oppose_back_emf(measured.back_emf_mv);
+                self.oppose_back_emf(settings, measured.back_emf_mv);
             }
-            BoardState::QuickStop | BoardState::FaultReaction => self.decelerate(is_valid),
+            BoardState::QuickStop | BoardState::FaultReaction => {
+                self.decelerate(parameters, is_valid)
+            }
             BoardState::Enabled if is_valid => {
-                let step = self.control.regulate(&self.parameters.control, setpoint);
+                let step = self.control.regulate(&parameters.control, setpoint);
                 self.apply(step);
             }
             _ => {}
@@ -386,16 +368,16 @@ impl Application {
     }
 
     /// One period of a stop by the back-EMF, and its end.
-    fn oppose_back_emf(&mut self, back_emf_mv: Option<i32>) {
+    fn oppose_back_emf(&mut self, settings: Settings<'_>, back_emf_mv: Option<i32>) {
         let Some(mut stop) = self.back_emf_stop else {
             return;
         };
-        let p = &self.parameters;
+        let p = settings.board;
         let voltages = Voltages {
             back_emf_mv,
-            supply_mv: self.telemetry.supply_mv,
+            supply_mv: self.outputs.telemetry.supply_mv,
         };
-        let duty = stop.next(&p.current, self.protection.ripple(), voltages);
+        let duty = stop.next(&p.current, settings.ripple, voltages);
         let duty = duty.limited(p.control.duty_limit());
         if stop.is_over(&p.stop) {
             self.state = BoardState::Fault;
@@ -408,12 +390,12 @@ impl Application {
     }
 
     /// One period of a quick stop, and its end.
-    fn decelerate(&mut self, is_valid: bool) {
+    fn decelerate(&mut self, parameters: &BoardParameters, is_valid: bool) {
         let BoardParameters {
             stop: settings,
             control: gains,
             ..
-        } = &self.parameters;
+        } = parameters;
         let may_hold = self.state == BoardState::QuickStop && settings.quick_stop_hold == 1;
         let step = match self.stopping.holds_at().filter(|_| may_hold) {
             Some(angle) => is_valid.then(|| self.control.regulate(gains, angle)),
@@ -444,7 +426,7 @@ impl Application {
     /// The command to the bridge. In [`BoardState::Fault`] the motor brakes, which limits the
     /// travel of the shaft, unless one of the faults excludes it or the braking current is too
     /// large; also while the board initialises after a fault that has reset it in motion.
-    fn bridge(&self) -> Bridge {
+    fn bridge(&self, parameters: &BoardParameters) -> Bridge {
         if self.state.is_driving() {
             return Bridge::Driven(self.compare);
         }
@@ -453,8 +435,8 @@ impl Application {
             BoardState::Fault => self.log.latched(),
             _ => FaultSet::EMPTY,
         };
-        let is_unsafe = self.telemetry.present.contains(Fault::OverCurrent);
-        let braking = self.parameters.braking_faults();
+        let is_unsafe = self.outputs.telemetry.present.contains(Fault::OverCurrent);
+        let braking = parameters.braking_faults();
         if !faults.is_empty() && faults.without(braking).is_empty() && !is_unsafe {
             Bridge::Brake
         } else {
@@ -462,8 +444,11 @@ impl Application {
         }
     }
 
-    fn outputs(&mut self) -> Outputs {
-        let t = &mut self.telemetry;
+    fn report(&mut self, parameters: &BoardParameters) {
+        self.outputs.bridge = self.bridge(parameters);
+        self.outputs.state = self.state;
+        self.outputs.fault = self.log.first().map(|record| record.fault);
+        let t = &mut self.outputs.telemetry;
         t.angle = self.control.angle();
         t.rate = self.control.rate();
         t.command = self.setpoints.command();
@@ -476,14 +461,16 @@ impl Application {
         t.selected_source = self.setpoints.selected();
         t.velocity_mdeg_s = self.velocity.mdeg_s();
         t.latched = self.log.latched();
-        Outputs {
-            bridge: self.bridge(),
-            state: self.state,
-            fault: self.log.first().map(|record| record.fault),
-            telemetry: self.telemetry,
-            motion: Motion::default(),
-            taken: Taken::default(),
+    }
+}
+
+/// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.
+fn reaction(parameters: &BoardParameters, fault: Fault) -> Reaction {
+    match fault.reaction() {
+        Reaction::StopByBackEmf if !parameters.braking_faults().contains(fault) => {
+            Reaction::SwitchOff
         }
+        reaction => reaction,
     }
 }
 

@@ -20,13 +20,18 @@ use core::hash::{Hash, Hasher};
 pub struct Checked<T> {
     value: T,
     check: u32,
+    changes: u32,
 }
 
 impl<T: Hash> Checked<T> {
     /// A message with the check value of its present content.
     pub fn new(value: T) -> Self {
         let check = check_value(&value);
-        Self { value, check }
+        Self {
+            value,
+            check,
+            changes: 0,
+        }
     }
 
     /// The content, unless it differs from its check value.
@@ -39,9 +44,15 @@ impl<T: Hash> Checked<T> {
         &self.value
     }
 
+    /// Number of changes; wraps.
+    pub fn changes(&self) -> u32 {
+        self.changes
+    }
+
     /// Makes the check value wrong: whoever verifies the message detects it as corrupt.
     pub fn invalidate(&mut self) {
         self.check = !check_value(&self.value);
+        self.changes = self.changes.wrapping_add(1);
     }
 
     /// Changes the content. Returns false, without a change, if the content differs from its check
@@ -51,6 +62,7 @@ impl<T: Hash> Checked<T> {
         if is_intact {
             change(&mut self.value);
             self.check = check_value(&self.value);
+            self.changes = self.changes.wrapping_add(1);
         }
         is_intact
     }

@@ -12,8 +12,8 @@
 //! a line shows all facts of an object side by side, a change is one line of a diff, and the
 //! generated code is plain Rust that an editor can follow.
 //!
-//! Access by SDO or PDO is one lookup: `location` finds the location of an address, and the drive
-//! matches on it.
+//! Each entry has the number of its line: `location` finds the location of an entry by it, and the
+//! drive matches on that.
 
 mod table {
     include!(concat!(env!("OUT_DIR"), "/table.rs"));
@@ -22,7 +22,7 @@ mod table {
 mod tests;
 
 use canopen::Dictionary;
-use canopen::dictionary::{Address, Entry};
+use canopen::dictionary::Entry;
 
 use crate::parameters::{ObjectValue, Parameter};
 
@@ -62,7 +62,7 @@ const ENTRIES: [Entry; COUNT] = {
     let mut entries = [table::OBJECTS[0].0; COUNT];
     let mut at = 0;
     while at < COUNT {
-        entries[at] = table::OBJECTS[at].0;
+        entries[at] = table::OBJECTS[at].0.numbered(at as u16);
         at += 1;
     }
     entries
@@ -79,10 +79,9 @@ static LOCATIONS: [Location; COUNT] = {
     locations
 };
 
-/// Where the value of the object at this address lives; [`Location::Server`] if there is no object.
-pub(crate) fn location(address: Address) -> Location {
-    let position = DICTIONARY.position(address);
-    let location = position.and_then(|position| LOCATIONS.get(position));
+/// Where the value of an object lives.
+pub(crate) fn location(entry: &Entry) -> Location {
+    let location = LOCATIONS.get(usize::from(entry.number()));
     location.copied().unwrap_or(Location::Server)
 }
 

@@ -5,7 +5,7 @@
 
 use core::mem::replace;
 
-use crc::{CRC_32_ISO_HDLC, Crc, Digest, NoTable};
+use crc::{CRC_32_MPEG_2, Crc, Digest, NoTable};
 
 use crate::timing::periods;
 
@@ -14,26 +14,30 @@ use crate::timing::periods;
 /// wrong motion is hazardous (`docs/trust.md`).
 pub const PROGRAM_CHECK_PERIODS: u16 = periods(200);
 
-/// The CRC of programs and of small data, bit by bit in software: a word takes about 250
-/// instructions, so that the board uses it only at the start and in a save.
-pub(crate) const SOFTWARE_CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+/// The CRC of the STM32's CRC unit (RM0090, chapter 4), bit by bit in software.
+const SOFTWARE_CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_MPEG_2);
 
-/// CRC of a program.
+/// CRC of a program: of its words, each with the most significant byte first, as the CRC unit of
+/// the chip takes them.
 ///
 /// ```
-/// assert_eq!(firmware::integrity::program_crc(b"123456789"), 0xcbf4_3926);
+/// // CRC-32/MPEG-2 of "12345678".
+/// let words = [u32::from_be_bytes(*b"1234"), u32::from_be_bytes(*b"5678")];
+/// assert_eq!(firmware::integrity::program_crc(&words), 0x49e3_c2fb);
 /// ```
-pub fn program_crc(program: &[u8]) -> u32 {
-    SOFTWARE_CRC.checksum(program)
+pub fn program_crc(program: &[u32]) -> u32 {
+    let mut crc = SoftwareCrc::default();
+    crc.update(program);
+    crc.value()
 }
 
 /// Computes the CRC of a program word by word, in software or by a unit of the chip.
 pub trait WordCrc {
     /// Starts a computation.
     fn restart(&mut self);
-    /// Continues the computation with words in the byte order of the memory, little endian.
+    /// Continues the computation with words.
     fn update(&mut self, words: &[u32]);
-    /// The result, as [`program_crc`] of the bytes of all words since the start.
+    /// The result, as [`program_crc`] of all words since the start.
     fn value(&mut self) -> u32;
 }
 
@@ -60,7 +64,7 @@ impl WordCrc for SoftwareCrc {
 
     fn update(&mut self, words: &[u32]) {
         for word in words {
-            self.0.update(&word.to_le_bytes());
+            self.0.update(&word.to_be_bytes());
         }
     }
 
@@ -153,12 +157,5 @@ mod tests {
                 "word {at}"
             );
         }
-    }
-
-    #[test]
-    fn the_crc_of_words_is_that_of_their_bytes() {
-        let mut crc = SoftwareCrc::default();
-        crc.update(&[u32::from_le_bytes(*b"1234"), u32::from_le_bytes(*b"5678")]);
-        assert_eq!(crc.value(), program_crc(b"12345678"));
     }
 }

@@ -14,7 +14,8 @@ use model_core::{
 
 use crate::{
     faults::{Fault, FaultSet},
-    parameters::{CommandSettings, Parameter},
+    measure::Ripple,
+    parameters::{BoardParameters, CommandSettings, Parameter},
 };
 
 /// The samples of a control period.
@@ -74,6 +75,15 @@ impl Samples {
             bus: BusState::Active,
         }
     }
+}
+
+/// What the application is configured by, apart from its state.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings<'a> {
+    /// The parameters of the board, checked.
+    pub board: &'a BoardParameters,
+    /// The ripple of the motor's current.
+    pub ripple: &'a Ripple,
 }
 
 /// State of the CAN controller (ISO 11898-1, fault confinement).

@@ -29,9 +29,8 @@ use self::{
 };
 use crate::{
     faults::{Fault, FaultSet},
-    interface::{Samples, Scan},
-    measure::{self, PeriodCurrent, Ripple},
-    parameters::BoardParameters,
+    interface::{Samples, Scan, Settings},
+    measure::{self, PeriodCurrent},
 };
 
 /// The measurements of a control period; `None` where a sample is missing or invalid.
@@ -84,8 +83,8 @@ pub struct Conditions<'a> {
     pub missed_periods: u8,
 }
 
-/// All protections.
-#[derive(Debug, Clone, PartialEq)]
+/// The state of all protections.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Protection {
     encoder: EncoderGuard,
     current: CurrentGuard,
@@ -95,55 +94,27 @@ pub struct Protection {
     temperature: TemperatureGuard,
     timing: TimingGuard,
     plausibility: PlausibilityGuard,
-    ripple: Ripple,
     is_complete: bool,
 }
 
 impl Protection {
-    /// All protections without a history, for a motor of this winding.
-    pub fn new(ripple: Ripple) -> Self {
-        Self {
-            encoder: EncoderGuard::default(),
-            current: CurrentGuard::default(),
-            stall: StallGuard::default(),
-            following: FollowingGuard::default(),
-            supply: SupplyGuard::default(),
-            temperature: TemperatureGuard::default(),
-            timing: TimingGuard::default(),
-            plausibility: PlausibilityGuard::default(),
-            ripple,
-            is_complete: false,
-        }
-    }
-
-    /// The ripple of the motor's current.
-    pub fn ripple(&self) -> &Ripple {
-        &self.ripple
-    }
-
-    /// The motor has this winding.
-    pub fn set_ripple(&mut self, ripple: &Ripple) {
-        self.ripple.clone_from(ripple);
-    }
-
     /// Converts the samples and validates the encoder's word; `shaft` has not seen it yet. The
     /// current was sampled in a PWM period with this compare value.
     pub fn measure(
         &mut self,
-        parameters: &BoardParameters,
+        settings: Settings<'_>,
         samples: &Samples,
         shaft: &ShaftTracker,
         compare: PwmCompare,
     ) -> Measured {
-        let encoder = self
-            .encoder
-            .validate(&parameters.encoder, samples.encoder, shaft);
+        let Settings { board, ripple } = settings;
+        let encoder = (self.encoder).validate(&board.encoder, samples.encoder, shaft);
         let scan = samples.scan;
         let sampled_ma = samples.current.map(measure::current_ma);
         let supply_mv = scan.map(|scan| measure::supply_mv(scan.supply));
         let current = sampled_ma
             .zip(supply_mv)
-            .map(|(sampled_ma, supply_mv)| self.ripple.over_period(sampled_ma, compare, supply_mv));
+            .map(|(sampled_ma, supply_mv)| ripple.over_period(sampled_ma, compare, supply_mv));
         let back_emf_mv =
             scan.and_then(|Scan { leg_a, leg_b, .. }| measure::back_emf_mv(leg_a, leg_b));
         let measured = Measured {
@@ -166,7 +137,8 @@ impl Protection {
     }
 
     /// The faults that are present, in any operating state.
-    pub fn check(&mut self, p: &BoardParameters, c: &Conditions<'_>) -> FaultSet {
+    pub fn check(&mut self, settings: Settings<'_>, c: &Conditions<'_>) -> FaultSet {
+        let p = settings.board;
         let mut present = self
             .encoder
             .check(&p.encoder, c)
@@ -174,7 +146,7 @@ impl Protection {
             .or(self.supply.check(&p.supply, c))
             .or(self.temperature.check(&p.temperature, c))
             .or(self.timing.check(&p.timing, c))
-            .or(self.plausibility.check(&p.encoder, &self.ripple, c));
+            .or(self.plausibility.check(&p.encoder, settings.ripple, c));
         present.put(Fault::Stall, self.stall.check(&p.stall, c));
         present.put(Fault::FollowingError, self.following.check(&p.following, c));
         present.put(Fault::CommandTimeout, c.is_stale);

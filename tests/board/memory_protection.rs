@@ -3,7 +3,7 @@
 //! The emulator discards its translated code at each change of the permissions, so that these runs
 //! are short.
 
-use board_tests::frames::faults;
+use board_tests::frames::{Frame, control, faults, start};
 use board_tests::master::Master;
 use board_tests::program::{firmware, run_master, run_script};
 use virtual_board::faults::{Fault, MemoryLocation, Planned};
@@ -16,6 +16,15 @@ const FROM_MS: u64 = 60;
 
 /// Window watchdog, start of the program, and the encoder's first words.
 const UNTIL_MS: u64 = FROM_MS + 25 + 30;
+
+/// Commands in each control period, which the communication posts to the loop.
+fn commands(tick: u64) -> Vec<Frame> {
+    match tick {
+        8 => vec![start()],
+        10.. => vec![control(0x06, 0)],
+        _ => Vec::new(),
+    }
+}
 
 /// Fault 19, reset by the watchdog.
 const WATCHDOG_RESET: u8 = 19;
@@ -47,7 +56,7 @@ impl Script for Finder {
 /// Flips that lead the communication into the memory of the loop with its next commands.
 fn flips_into_the_loop() -> Vec<Planned> {
     let finder = Finder {
-        master: Master::new(frames),
+        master: Master::new(commands),
         found: Vec::new(),
     };
     let found = run_script(Options::for_ms(FROM_MS), finder).script.found;
@@ -72,7 +81,7 @@ fn a_write_of_the_communication_into_the_memory_of_the_loop_resets_the_processor
         protects_memory: true,
         ..Options::for_ms(UNTIL_MS)
     };
-    let finished = run_master(options, frames);
+    let finished = run_master(options, commands);
     let faults = faults(&finished);
     let (_, fault) = *faults.first().expect("a message");
     assert_eq!(fault, WATCHDOG_RESET, "{faults:?}");

@@ -3,6 +3,7 @@
 use bootloader::{ACTUATOR_BOARD, Outcome, Policy, Version};
 use canopen::dictionary::Address;
 use canopen::{Application as _, CanFrame};
+use firmware::dictionary::DICTIONARY;
 use firmware::actuator::Actuator;
 use firmware::application::{Bridge, Outputs, Samples, Start};
 use firmware::drive::{Slots, StageError, StoredParameters, UpdateOrder};
@@ -143,7 +144,8 @@ impl<'a> Bench<'a> {
 
     /// Object 60F9h:06, as a master reads it.
     fn duty_limit_pct(&mut self) -> f64 {
-        let bits = self.actuator.device.drive.read(Address::new(0x60f9, 6));
+        let entry = DICTIONARY.find(Address::new(0x60f9, 6));
+        let bits = entry.and_then(|entry| self.actuator.device.drive.read(entry));
         f64::from(f32::from_bits(bits.expect("the object exists") as u32))
     }
 

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::task::Poll;
 
-use canopen::dictionary::Address;
+use canopen::dictionary::{Address, Entry};
 use canopen::{Abort, Application, BitRate, Event, NodeId, ParameterGroup, Reset};
 
 /// Calls until a store is complete.
@@ -83,11 +83,13 @@ impl Device {
 }
 
 impl Application for Device {
-    fn read(&mut self, address: Address) -> Result<u64, Abort> {
+    fn read(&mut self, entry: &Entry) -> Result<u64, Abort> {
+        let address = entry.address();
         Ok(self.number(address.index, address.sub))
     }
 
-    fn write(&mut self, address: Address, value: u64) -> Result<(), Abort> {
+    fn write(&mut self, entry: &Entry, value: u64) -> Result<(), Abort> {
+        let address = entry.address();
         self.is_new_position |= address.index == 0x607A;
         self.is_new_velocity |= address.index == 0x60FF;
         self.numbers.insert(address, value);

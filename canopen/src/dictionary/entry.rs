@@ -71,6 +71,7 @@ pub struct Entry {
     mapping: Mapping,
     is_guarded: bool,
     has_node_id: bool,
+    number: u16,
     value: u32,
     limits: Option<&'static Limits>,
 }
@@ -87,6 +88,7 @@ impl Entry {
             mapping: Mapping::None,
             is_guarded: false,
             has_node_id: false,
+            number: 0,
             value: 0,
             limits: None,
         }
@@ -105,6 +107,13 @@ impl Entry {
     pub const fn value_with_node_id(mut self, value: u32) -> Self {
         self.value = value;
         self.has_node_id = true;
+        self
+    }
+
+    /// Sets a number by which the application finds the value of the object without a search.
+    #[must_use]
+    pub const fn numbered(mut self, number: u16) -> Self {
+        self.number = number;
         self
     }
 
@@ -137,6 +146,12 @@ impl Entry {
     #[must_use]
     pub const fn address(&self) -> Address {
         self.address
+    }
+
+    /// The number that [`Entry::numbered`] has set, 0 by default.
+    #[must_use]
+    pub const fn number(&self) -> u16 {
+        self.number
     }
 
     /// Data type.

@@ -23,11 +23,11 @@ impl<const R: usize, const T: usize> Node<R, T> {
     /// communication parameter, a reset and a new node-ID.
     ///
     /// ```
-    /// # use canopen::{Abort, Application, Dictionary, Node, NodeId, dictionary::Address};
+    /// # use canopen::{Abort, Application, Dictionary, Node, NodeId, dictionary::Entry};
     /// # struct Nothing;
     /// # impl Application for Nothing {
-    /// #     fn read(&mut self, _: Address) -> Result<u64, Abort> { Err(Abort::NoObject) }
-    /// #     fn write(&mut self, _: Address, _: u64) -> Result<(), Abort> { Err(Abort::NoObject) }
+    /// #     fn read(&mut self, _: &Entry) -> Result<u64, Abort> { Err(Abort::NoObject) }
+    /// #     fn write(&mut self, _: &Entry, _: u64) -> Result<(), Abort> { Err(Abort::NoObject) }
     /// # }
     /// # const EMPTY: Dictionary = match Dictionary::try_new(&[], &[], &[]) { Ok(it) => it, Err(_) => panic!() };
     /// use embedded_can::{Id, StandardId};

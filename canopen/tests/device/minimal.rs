@@ -38,11 +38,11 @@ const DICTIONARY: Dictionary = match Dictionary::try_new(ENTRIES, &[], &[]) {
 struct Number(u64);
 
 impl Application for Number {
-    fn read(&mut self, _: Address) -> Result<u64, Abort> {
+    fn read(&mut self, _: &Entry) -> Result<u64, Abort> {
         Ok(self.0)
     }
 
-    fn write(&mut self, _: Address, value: u64) -> Result<(), Abort> {
+    fn write(&mut self, _: &Entry, value: u64) -> Result<(), Abort> {
         self.0 = value;
         Ok(())
     }

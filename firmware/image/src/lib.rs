@@ -122,7 +122,9 @@ fn place_and_crc(path: &Path, bytes: &[u8]) -> Result<Option<(usize, u32)>, Imag
     };
     let (start, end) = (address("_program_start")?, address("_program_crc")?);
     let program = bytes_between(path, &file, start..end)?;
-    Ok(Some((offset as usize, program_crc(&program))))
+    let (words, _) = program.as_chunks();
+    let words: Vec<u32> = words.iter().copied().map(u32::from_le_bytes).collect();
+    Ok(Some((offset as usize, program_crc(&words))))
 }
 
 /// The bytes that the file loads into the flash memory, from the first one to the last one; gaps

@@ -9,9 +9,8 @@ use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
 use bootloader::layout::{Layout, STM32F427};
-use bootloader::{DEVELOPMENT_SEED, HEADER_SIZE, Header, Key, Policy, Refusal, Version};
+use bootloader::{CRC, DEVELOPMENT_SEED, HEADER_SIZE, Header, Key, Policy, Refusal, Version};
 use ed25519_dalek::{Signature, Signer, SigningKey, VerifyingKey};
-use firmware::integrity::program_crc;
 use sha2::{Digest, Sha512};
 
 use crate::{ERASED, ImageError, loaded_bytes, stamp_bytes};
@@ -108,7 +107,7 @@ pub fn sign(program: &[u8], description: &Description, key: &SigningKey) -> Vec<
         hardware: description.hardware,
         version: description.version,
         replaces: description.replaces.unwrap_or_default(),
-        program_crc: program_crc(&program),
+        program_crc: CRC.checksum(&program),
         key: public.number(),
         hash: Sha512::digest(&program).into(),
         signature: [0; 64],
@@ -160,7 +159,7 @@ pub fn inspect(image: &[u8], layout: &Layout) -> Result<Header, Refusal> {
         return Err(Refusal::Length);
     }
     if Sha512::digest(program).as_slice() != header.hash
-        || program_crc(program) != header.program_crc
+        || CRC.checksum(program) != header.program_crc
     {
         return Err(Refusal::Program);
     }

@@ -33,19 +33,21 @@ pub(crate) fn may_retune(
 }
 
 impl Application {
-    /// Checks and applies other parameters; the duty does not jump, unless its limit becomes
-    /// narrower.
+    /// Checks other parameters than the present ones, and adjusts the state to them; the duty does
+    /// not jump, unless its limit becomes narrower.
     ///
     /// # Errors
     /// [`Refused::Parameter`] names the first invalid one; [`Refused::NotWhileDriving`] if more
     /// than gains and limits of the control step would change, or anything during a stop.
-    pub fn retune(&mut self, parameters: &BoardParameters) -> Result<(), Refused> {
-        may_retune(self.state, &self.parameters, parameters)?;
-        self.control
-            .retune(&self.parameters.control, &parameters.control);
-        self.parameters = *parameters;
+    pub fn retune(
+        &mut self,
+        present: &BoardParameters,
+        other: &BoardParameters,
+    ) -> Result<(), Refused> {
+        may_retune(self.state, present, other)?;
+        self.control.retune(&present.control, &other.control);
         // Without a valid count the last duty stays in force.
-        let duty = self.last_step.duty.limited(parameters.control.duty_limit());
+        let duty = self.last_step.duty.limited(other.control.duty_limit());
         if duty != self.last_step.duty {
             self.apply(CascadeStep {
                 duty,
@@ -109,8 +111,9 @@ impl Application {
     /// it the control period computes it itself: the command is the same.
     ///
     /// ```
-    /// use firmware::{application::Application, command::excitation::Sample, parameters::BoardParameters};
-    /// let mut application = Application::new(BoardParameters::DEFAULT);
+    /// use firmware::application::{Application, Start};
+    /// use firmware::{command::excitation::Sample, parameters::BoardParameters};
+    /// let mut application = Application::new(&BoardParameters::DEFAULT, Start::default());
     /// // No excitation runs.
     /// assert_eq!(application.sample_due(), None);
     /// application.take_sample(Sample { tick: 80, angle: Default::default() });
@@ -130,7 +133,7 @@ impl Application {
             BoardState::QuickStop => {}
             state => return Err(Refused::State(state)),
         }
-        if let Some(fault) = self.telemetry.present.first() {
+        if let Some(fault) = self.outputs.telemetry.present.first() {
             return Err(Refused::Blocked(fault));
         }
         if !self.control.shaft().is_known() {

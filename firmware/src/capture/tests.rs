@@ -9,7 +9,7 @@ use model_core::{
 
 use super::*;
 use crate::{
-    application::{Application, Request, Samples},
+    application::{Request, Samples, tests::Configured},
     command::excitation::Run,
     faults::Fault,
     parameters::BoardParameters,
@@ -26,7 +26,7 @@ fn word() -> EncoderWord {
 
 /// Outputs whose tick is this.
 fn outputs(tick: u32) -> Outputs {
-    let mut application = Application::new(BoardParameters::DEFAULT);
+    let mut application = Configured::new(BoardParameters::DEFAULT);
     let mut outputs = application.control_period(&Samples::at_rest(word()));
     outputs.telemetry.tick = tick;
     outputs
@@ -124,7 +124,7 @@ fn the_first_record_after_the_trigger_is_tick_0_of_the_excitation() {
     };
     settings.signals[0] = Some(Signal::Command);
     capture.arm(settings);
-    let mut application = Application::new(BoardParameters::DEFAULT);
+    let mut application = Configured::new(BoardParameters::DEFAULT);
     capture.sample(&application.control_period(&Samples::at_rest(word())));
     application.request(Request::Enable).unwrap();
     for _ in 0..5 {

@@ -11,7 +11,7 @@
 //! | 1 | a fault, with the reaction configured in 605Eh |
 //! | 2 | the shaft moves to 2040h:3 at the rate of 2040h:4, and holds there |
 
-use super::{Loop, PERIOD_US};
+use super::{LoopParameters, PERIOD_US, State};
 use crate::{
     application::{CommandSource, Request},
     timing::periods,
@@ -61,9 +61,9 @@ pub(super) enum Reaction {
     Go(i32),
 }
 
-impl Loop {
+impl State {
     /// Supervises the master for one control period.
-    pub(super) fn fail_safe(&mut self) -> Reaction {
+    pub(super) fn fail_safe(&mut self, parameters: &LoopParameters) -> Reaction {
         let is_enabled = self.axis.state() == Cia402State::OperationEnabled;
         let is_cyclic = self.command.mode.is_cyclic();
         let is_bus = self.application.selected_source() == CommandSource::Bus;
@@ -74,7 +74,7 @@ impl Loop {
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;
         }
-        let timeout_ms = self.application.parameters().command.command_timeout_ms;
+        let timeout_ms = parameters.board.command.command_timeout_ms;
         // An excitation needs no commands; after it the timeout starts again.
         let is_exciting = !self.is_commanded();
         self.failsafe.silent = if is_cyclic && !is_exciting {
@@ -92,17 +92,17 @@ impl Loop {
             // ended.
             let _ = self.application.request(Request::StopExcitation);
         }
-        match self.failsafe_settings.failsafe_action {
+        match parameters.failsafe.failsafe_action {
             1 => Reaction::Fail,
-            2 => Reaction::Go(self.retreat()),
+            2 => Reaction::Go(self.retreat(parameters)),
             _ => Reaction::Hold,
         }
     }
 
     /// The next target angle of the motion to the failsafe position, mdeg.
-    fn retreat(&mut self) -> i32 {
-        let wanted = self.failsafe_settings.failsafe_position_mdeg;
-        let rate = self.application.parameters().command.approach_rate_deg_s;
+    fn retreat(&mut self, parameters: &LoopParameters) -> i32 {
+        let wanted = parameters.failsafe.failsafe_position_mdeg;
+        let rate = parameters.board.command.approach_rate_deg_s;
         // mdeg per control period: at most 2000 times 4.
         let step = rate.saturating_mul(PERIOD_US as i32 / 1000);
         let from = self

@@ -21,7 +21,7 @@ mod failsafe;
 mod motion;
 mod parameters;
 
-use canopen::cia402::{Axis, Parameters as AxisParameters};
+use canopen::cia402::Axis;
 
 use self::failsafe::Failsafe;
 pub use self::{
@@ -32,7 +32,6 @@ use crate::{
     application::{Application, BoardState, CommandSource, Outputs, Request, Samples, Start},
     faults::FaultSet,
     interface::{Motion, Taken},
-    parameters::FailsafeSettings,
 };
 
 /// Length of a control period, us.
@@ -54,13 +53,18 @@ pub struct Inputs<'a> {
     pub excitation: &'a ExcitationRequest,
 }
 
-/// The control loop: its parameters and its state.
-#[derive(Debug, Clone, PartialEq)]
+/// The control loop: the parameters in force, and the state.
+#[derive(Debug, Clone)]
 pub struct Loop {
+    parameters: LoopParameters,
+    state: State,
+}
+
+/// What a control period changes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
     application: Application,
     axis: Axis,
-    axis_parameters: AxisParameters,
-    failsafe_settings: FailsafeSettings,
     /// The command of this control period.
     command: Command,
     motion: Motion,
@@ -92,12 +96,9 @@ impl Loop {
         (commands, parameters, excitation): (&Commands, &LoopParameters, &ExcitationRequest),
         start: Start,
     ) -> Self {
-        let ripple = parameters.ripple.clone();
-        Self {
-            application: Application::with_ripple(parameters.board, start, ripple),
+        let state = State {
+            application: Application::new(&parameters.board, start),
             axis: Axis::new(),
-            axis_parameters: parameters.axis,
-            failsafe_settings: parameters.failsafe,
             command: *commands.newest(),
             motion: Motion::default(),
             failsafe: Failsafe::default(),
@@ -113,37 +114,43 @@ impl Loop {
                 restarts: commands.restarts,
                 sample_due: None,
             },
+        };
+        Self {
+            parameters: parameters.clone(),
+            state,
         }
+    }
+
+    /// The parameters in force.
+    pub fn parameters(&self) -> &LoopParameters {
+        &self.parameters
+    }
+
+    /// The state.
+    pub fn state(&self) -> &State {
+        &self.state
     }
 
     /// Operating states, protections and cascade.
     pub fn application(&self) -> &Application {
-        &self.application
+        &self.state.application
     }
 
     /// What the loop has taken from its mailboxes.
     pub fn taken(&self) -> &Taken {
-        &self.taken
+        &self.state.taken
+    }
+
+    /// The outputs of the last control period.
+    pub fn outputs(&self) -> &Outputs {
+        self.state.application.outputs()
     }
 
     /// One control period.
-    pub fn step(&mut self, inputs: &Inputs<'_>) -> Outputs {
+    pub fn step(&mut self, inputs: &Inputs<'_>) -> &Outputs {
         self.take_messages(inputs);
-        self.take_requests(inputs.commands);
-        let (is_new_position, is_new_velocity) = self.take_command(inputs.commands);
-        self.pulse_age = match inputs.samples.servo_pulse_us {
-            Some(_) => 0,
-            None => self.pulse_age.saturating_add(1),
-        };
-        if inputs.was_late {
-            self.application.was_late();
-        }
-        self.acknowledge();
-        let demand = self.step_axis(is_new_position, is_new_velocity);
-        self.apply_demand(&demand);
-        let outputs = self.application.control_period(inputs.samples);
-        self.taken.sample_due = self.application.sample_due();
-        self.report(outputs)
+        self.state.control_period(&self.parameters, inputs);
+        self.outputs()
     }
 
     /// Restarts, or takes a new set of parameters in the first control period whose state permits
@@ -155,33 +162,57 @@ impl Loop {
             excitation,
             ..
         } = *inputs;
-        if commands.restarts != self.taken.restarts {
-            *self = Self::new((commands, parameters, excitation), self.start);
+        if commands.restarts != self.state.taken.restarts {
+            *self = Self::new((commands, parameters, excitation), self.state.start);
             return;
         }
-        if parameters.number != self.taken.parameters && self.apply(parameters) {
-            self.taken.parameters = parameters.number;
+        if parameters.number != self.state.taken.parameters && self.apply(parameters) {
+            self.state.taken.parameters = parameters.number;
         }
-        if excitation.number != self.taken.excitation {
-            self.taken.excitation = excitation.number;
-            match excitation.run {
-                // Refused while the loop is not closed.
-                Some(run) => _ = self.application.start_excitation(run),
-                None => _ = self.application.request(Request::StopExcitation),
-            }
+        if excitation.number != self.state.taken.excitation {
+            self.state.take_excitation(excitation);
         }
     }
 
     /// Applies a set of parameters; returns false, without effect, if the state does not permit it.
     fn apply(&mut self, parameters: &LoopParameters) -> bool {
-        let is_same = parameters.board == *self.application.parameters();
-        if !is_same && self.application.retune(&parameters.board).is_err() {
+        let present = &self.parameters.board;
+        let application = &mut self.state.application;
+        if parameters.board != *present && application.retune(present, &parameters.board).is_err() {
             return false;
         }
-        self.axis_parameters = parameters.axis;
-        self.failsafe_settings = parameters.failsafe;
-        self.application.set_ripple(&parameters.ripple);
+        self.parameters.clone_from(parameters);
         true
+    }
+}
+
+impl State {
+    fn control_period(&mut self, parameters: &LoopParameters, inputs: &Inputs<'_>) {
+        self.take_requests(inputs.commands);
+        let (is_new_position, is_new_velocity) = self.take_command(inputs.commands);
+        self.pulse_age = match inputs.samples.servo_pulse_us {
+            Some(_) => 0,
+            None => self.pulse_age.saturating_add(1),
+        };
+        if inputs.was_late {
+            self.application.was_late();
+        }
+        self.acknowledge();
+        let demand = self.step_axis(parameters, is_new_position, is_new_velocity);
+        self.apply_demand(&parameters.axis, &demand);
+        let settings = parameters.settings();
+        self.application.control_period(settings, inputs.samples);
+        self.taken.sample_due = self.application.sample_due();
+        self.report();
+    }
+
+    fn take_excitation(&mut self, excitation: &ExcitationRequest) {
+        self.taken.excitation = excitation.number;
+        match excitation.run {
+            // Refused while the loop is not closed.
+            Some(run) => _ = self.application.start_excitation(run),
+            None => _ = self.application.request(Request::StopExcitation),
+        }
     }
 
     fn take_requests(&mut self, commands: &Commands) {
@@ -216,17 +247,14 @@ impl Loop {
         (is_new_position, is_new_velocity)
     }
 
-    fn report(&self, outputs: Outputs) -> Outputs {
-        let mut outputs = Outputs {
-            fault: outputs.fault.or(self.command_faults.first()),
-            motion: self.motion,
-            taken: self.taken,
-            ..outputs
-        };
-        let telemetry = &mut outputs.telemetry;
-        telemetry.latched = self.latched();
-        telemetry.pulse_age = self.pulse_age;
-        outputs
+    fn report(&mut self) {
+        let latched = self.latched();
+        let outputs = self.application.outputs_mut();
+        outputs.fault = outputs.fault.or(self.command_faults.first());
+        outputs.motion = self.motion;
+        outputs.taken = self.taken;
+        outputs.telemetry.latched = latched;
+        outputs.telemetry.pulse_age = self.pulse_age;
     }
 
     /// All latched faults, of the application and of the commands.

@@ -1,11 +1,14 @@
 //! The axis and the application: demands one way, state and motion the other, once in each control
 //! period.
 
-use canopen::cia402::{self, Command, Demand, Input, Mode, Output, StopOption, controlword};
+use canopen::cia402::{
+    self, Command, Demand, Input, Mode, Output, Parameters as AxisParameters, StopOption,
+    controlword,
+};
 
 use model_core::control::cascade::Setpoint;
 
-use super::{Loop, failsafe::Reaction};
+use super::{LoopParameters, State, failsafe::Reaction};
 use crate::{
     application::{BoardState, CommandSource, Refused, Request},
     faults::{Fault, FaultSet},
@@ -15,7 +18,7 @@ use crate::{
 /// Faults of the supply voltage.
 const VOLTAGE: FaultSet = FaultSet::of(&[Fault::UnderVoltage, Fault::OverVoltage]);
 
-impl Loop {
+impl State {
     /// A rising edge of the fault reset acknowledges faults that are no longer present.
     pub(super) fn acknowledge(&mut self) {
         let resets = self.command.control & controlword::FAULT_RESET != 0;
@@ -37,7 +40,12 @@ impl Loop {
     }
 
     /// One period of the axis.
-    pub(super) fn step_axis(&mut self, is_new_position: bool, is_new_velocity: bool) -> Output {
+    pub(super) fn step_axis(
+        &mut self,
+        parameters: &LoopParameters,
+        is_new_position: bool,
+        is_new_velocity: bool,
+    ) -> Output {
         if !self.is_commanded() {
             // Start from the command while the loop is closed, so that taking over is no step.
             let command = match self.application.state() {
@@ -49,8 +57,8 @@ impl Loop {
             let rate_mdeg_s = if runs { 0 } else { self.rate_mdeg_s() };
             self.axis.reset_demand(thousandths(command), rate_mdeg_s);
         }
-        let input = self.input(is_new_position, is_new_velocity);
-        let output = self.axis.step(&input, &self.axis_parameters);
+        let input = self.input(parameters, is_new_position, is_new_velocity);
+        let output = self.axis.step(&input, &parameters.axis);
         self.motion.state = output.state;
         self.motion.status = output.statusword;
         self.motion.mode = output.mode_display;
@@ -64,7 +72,12 @@ impl Loop {
         output
     }
 
-    fn input(&mut self, is_new_position: bool, is_new_velocity: bool) -> Input {
+    fn input(
+        &mut self,
+        parameters: &LoopParameters,
+        is_new_position: bool,
+        is_new_velocity: bool,
+    ) -> Input {
         let mut input = Input {
             controlword: self.command.control,
             mode: self.command.mode,
@@ -79,7 +92,7 @@ impl Loop {
             voltage: self.application.telemetry().present.and(VOLTAGE).is_empty(),
             initialised: self.application.state() != BoardState::Initialising,
         };
-        match self.fail_safe() {
+        match self.fail_safe(parameters) {
             Reaction::None => {}
             Reaction::Fail => {
                 self.command_faults.put(Fault::CommandTimeout, true);
@@ -107,9 +120,9 @@ impl Loop {
     }
 
     /// Requests from the application what the axis demands.
-    pub(super) fn apply_demand(&mut self, output: &Output) {
+    pub(super) fn apply_demand(&mut self, axis: &AxisParameters, output: &Output) {
         match output.demand {
-            Demand::Off => self.power_off(output.state),
+            Demand::Off => self.power_off(axis, output.state),
             Demand::Position { position, .. } => {
                 self.command(output.state, angle_of_mdeg(position).into());
             }
@@ -119,9 +132,9 @@ impl Loop {
         }
     }
 
-    fn power_off(&mut self, state: cia402::Cia402State) {
+    fn power_off(&mut self, axis: &AxisParameters, state: cia402::Cia402State) {
         // The application decelerates the shaft by itself, unless power must be removed at once.
-        let coasts = self.axis_parameters.options.fault_reaction == StopOption::Disable;
+        let coasts = axis.options.fault_reaction == StopOption::Disable;
         let reacts = self.application.state() == BoardState::FaultReaction
             && state == cia402::Cia402State::Fault
             && !coasts;

@@ -5,6 +5,7 @@ use canopen::cia402::Parameters as AxisParameters;
 use super::axis_parameters::axis_parameters;
 use crate::{
     drive::StoredParameters,
+    interface::Settings,
     measure::Ripple,
     parameters::{BoardParameters, FailsafeSettings, ObjectValues},
 };
@@ -34,6 +35,14 @@ impl LoopParameters {
             axis: axis_parameters(values, &stored.board),
             failsafe: values.failsafe,
             ripple: ripple(values),
+        }
+    }
+
+    /// Those of the application.
+    pub(super) fn settings(&self) -> Settings<'_> {
+        Settings {
+            board: &self.board,
+            ripple: &self.ripple,
         }
     }
 

@@ -2,7 +2,7 @@
 
 extern crate std;
 
-use canopen::dictionary::Address;
+use canopen::dictionary::{Address, Entry};
 use canopen::{Abort, Application, CanFrame, Node, NodeId};
 use embedded_can::{Frame, StandardId};
 use std::vec::Vec;
@@ -18,11 +18,11 @@ fn frame(id: u16, data: &[u8]) -> CanFrame {
 struct Recorder(Vec<(Address, u64)>);
 
 impl Application for Recorder {
-    fn read(&mut self, _: Address) -> Result<u64, Abort> {
+    fn read(&mut self, _: &Entry) -> Result<u64, Abort> {
         Ok(0)
     }
-    fn write(&mut self, address: Address, value: u64) -> Result<(), Abort> {
-        self.0.push((address, value));
+    fn write(&mut self, entry: &Entry, value: u64) -> Result<(), Abort> {
+        self.0.push((entry.address(), value));
         Ok(())
     }
 }

@@ -4,7 +4,7 @@ use core::task::Poll;
 
 use bootloader::Bus;
 use canopen::cia402::Cia402State;
-use canopen::dictionary::Address;
+use canopen::dictionary::{Address, Entry};
 use canopen::{Abort, BitRate, Event, NmtState, NodeId, ParameterGroup, Reset};
 
 use super::{Drive, commands::is_signal, measured::real, store::StoreClient};
@@ -85,9 +85,9 @@ impl Drive<'_> {
 }
 
 impl canopen::Application for Drive<'_> {
-    fn read(&mut self, address: Address) -> Result<u64, Abort> {
+    fn read(&mut self, entry: &Entry) -> Result<u64, Abort> {
         let parameters = self.parameters();
-        Ok(match location(address) {
+        Ok(match location(entry) {
             Location::Control(row) => real(parameters.control.get(row).ok_or(Abort::NoObject)?),
             // Signed integers are extended to 64 bits; the server cuts off what is beyond the type.
             Location::Parameter(parameter) => parameters.word(parameter) as i32 as u64,
@@ -99,9 +99,9 @@ impl canopen::Application for Drive<'_> {
     }
 
     /// The server has checked access, length, range and relations of the dictionary.
-    fn write(&mut self, address: Address, value: u64) -> Result<(), Abort> {
+    fn write(&mut self, entry: &Entry, value: u64) -> Result<(), Abort> {
         let word = value as u32;
-        match location(address) {
+        match location(entry) {
             Location::Control(row) => {
                 self.retune(|parameters| parameters.control.set(row, f32::from_bits(word)))
             }

@@ -4,7 +4,7 @@ use canopen::ParameterGroup;
 use canopen::dictionary::{Address, DataType, Entry};
 
 use crate::{
-    dictionary::{COMMUNICATION, COMMUNICATION_ENTRIES, Location, location},
+    dictionary::{COMMUNICATION, COMMUNICATION_ENTRIES, DICTIONARY, Location, location},
     parameters::{BoardParameters, CONTROL, ObjectValue, ObjectValues, Parameter},
     store::{EDGES, Field, Stored, layout_hash},
 };
@@ -96,7 +96,7 @@ impl StoredParameters {
     /// The stored value of a communication parameter.
     pub(super) fn communication(&self, address: Address) -> Option<u32> {
         let stored = self.has_communication.then_some(&self.communication)?;
-        let Location::Communication(position) = location(address) else {
+        let Ok(Location::Communication(position)) = DICTIONARY.find(address).map(location) else {
             return None;
         };
         let position = usize::from(position);

@@ -1,6 +1,6 @@
 //! For how long something has lasted.
 
-use crate::timing::periods;
+use crate::timing::CONTROL_PERIOD_MS;
 
 /// Counts control periods in a row in which a condition held.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -15,14 +15,16 @@ impl Lasting {
             Some(false) => self.0 = 0,
             None => {}
         }
-        // Most conditions do not hold: no division then.
-        self.0 > 0 && self.0 >= periods(time_ms)
+        // As `count >= periods(time_ms)`, without a division.
+        let exceeds = (i32::from(self.0) + 1) * CONTROL_PERIOD_MS > time_ms;
+        self.0 > 0 && (exceeds || self.0 == u16::MAX)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::timing::periods;
 
     #[test]
     fn what_is_not_known_neither_counts_nor_clears() {
@@ -34,6 +36,21 @@ mod tests {
         assert!(lasting.update(Some(true), 8));
         assert!(lasting.update(None, 8));
         assert!(!lasting.update(Some(false), 8));
+    }
+
+    #[test]
+    fn a_condition_has_lasted_after_the_whole_control_periods_of_the_time() {
+        for time_ms in (-5..50).chain([262_139, 262_140, i32::MAX]) {
+            let limit = periods(time_ms);
+            for count in [1, limit - 1, limit, limit.saturating_add(1)] {
+                let lasted = Lasting(count).update(None, time_ms);
+                assert_eq!(
+                    lasted,
+                    count > 0 && count >= limit,
+                    "{count} in {time_ms} ms"
+                );
+            }
+        }
     }
 
     #[test]

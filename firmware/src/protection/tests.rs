@@ -4,6 +4,7 @@ use super::*;
 use crate::parameters::{
     EncoderLimits, StallLimits, SupplyLimits, TemperatureLimits, TimingLimits,
 };
+use crate::{measure::Ripple, parameters::BoardParameters};
 
 /// No measurement at all.
 pub(super) const UNMEASURED: Measured = Measured {

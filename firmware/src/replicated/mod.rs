@@ -41,8 +41,8 @@ use crate::{
 ///     parameters: &parameters,
 ///     excitation: &excitation,
 /// };
-/// let outputs = replicated.step(&inputs);
-/// assert!(replicated.repeat(&inputs, &outputs));
+/// replicated.step(&inputs);
+/// assert!(replicated.repeat(&inputs));
 /// ```
 #[derive(Debug)]
 pub struct Replicated {
@@ -60,15 +60,17 @@ impl Replicated {
     }
 
     /// One control period of the first copy, whose outputs act.
-    pub fn step(&mut self, inputs: &Inputs<'_>) -> Outputs {
+    pub fn step(&mut self, inputs: &Inputs<'_>) -> &Outputs {
         self.first.step(inputs)
     }
 
-    /// The same control period of the second copy; returns whether it has the same outputs, and
-    /// both copies the same state.
+    /// The same control period of the second copy; returns whether both have the same outputs and
+    /// the same state. Their parameters are not compared: a parameter that differs makes another
+    /// state or other outputs in the period in which it counts.
     #[must_use]
-    pub fn repeat(&mut self, inputs: &Inputs<'_>, outputs: &Outputs) -> bool {
-        self.second.step(inputs) == *outputs && self.first == self.second
+    pub fn repeat(&mut self, inputs: &Inputs<'_>) -> bool {
+        self.second.step(inputs);
+        self.first.state() == self.second.state()
     }
 
     /// The first copy.
@@ -78,8 +80,8 @@ impl Replicated {
 
     /// The faults after which the motor brakes, by either copy: at most one of them is wrong.
     pub fn braking_faults(&self) -> FaultSet {
-        let [first, second] = [&self.first, &self.second].map(|copy| copy.application());
-        let braking = first.parameters().braking_faults();
-        braking.or(second.parameters().braking_faults())
+        let [first, second] = [&self.first, &self.second].map(|copy| copy.parameters());
+        let braking = first.board.braking_faults();
+        braking.or(second.board.braking_faults())
     }
 }

@@ -4,10 +4,11 @@ use virtual_board::faults::{Fault, MemoryLocation};
 
 use crate::program::firmware;
 
-/// Offset in the memory of the loop, and a bit, of a parameter of the first copy.
-const IN_FIRST_COPY: (u64, u32) = (0x9e4, 1);
+/// Offset in the memory of the loop, and a bit, of the number of the control period in the first
+/// copy.
+const IN_FIRST_COPY: (u64, u32) = (0x1a8, 1);
 
-/// Address and bit of a parameter of the first copy of the control loop.
+/// Address and bit of the number of the control period in the first copy of the control loop.
 ///
 /// # Panics
 /// If the program has no such memory.

@@ -80,12 +80,12 @@ impl CommTask {
         self.update_diagnostics();
         self.discard_stale();
         let identity = self.identity();
-        let has_received = process_frames(self, now_us);
+        let has_service = process_frames(self, now_us);
         self.exchange_with_store();
         self.exchange_with_updater();
         self.forward_bit_rate();
-        // Only a received frame, or the end of a service, changes the identifiers.
-        if has_received || self.identity() != identity {
+        // Only a service, or its end, changes the identifiers.
+        if has_service || self.identity() != identity {
             self.accepted_ids = AcceptedIds::new(self.device.node().identifiers());
         }
         // In every cycle: it restores a register that has changed.
@@ -111,16 +111,16 @@ impl CommTask {
 
     /// Processes the next received frame. Process data, which commands the drive at once, is applied
     /// twice from the same commands, each time read from the queue: if the results differ, a frame
-    /// would act that no master has sent.
-    fn receive(&mut self, now_us: u64) {
+    /// would act that no master has sent. Returns whether the frame is process data.
+    fn receive(&mut self, now_us: u64) -> bool {
         let commands = self.device.drive.messages.commands;
-        let is_repeated = match self.queues.received.peek() {
-            Some(frame) if is_process_data(frame) && !self.device.node().is_sync(frame.id()) => {
-                self.device.receive(frame, now_us);
-                true
-            }
-            _ => false,
-        };
+        let process_data = self.queues.received.peek().filter(|f| is_process_data(f));
+        let is_process_data = process_data.is_some();
+        let repeated = process_data.filter(|frame| !self.device.node().is_sync(frame.id()));
+        let is_repeated = repeated.is_some();
+        if let Some(frame) = repeated {
+            self.device.receive(frame, now_us);
+        }
         let once = replace(&mut self.device.drive.messages.commands, commands);
         if let Some(frame) = self.queues.received.dequeue() {
             self.device.receive(&frame, now_us);
@@ -129,6 +129,7 @@ impl CommTask {
         if is_repeated && once.unverified() != again.unverified() {
             again.invalidate();
         }
+        is_process_data
     }
 
     /// Queues as many frames as there is room for; the others remain in the node. An EMCY goes
@@ -163,18 +164,19 @@ fn is_process_data(frame: &CanFrame) -> bool {
 }
 
 /// Processes the received frames and due events, and queues the frames to be transmitted; returns
-/// whether frames were received. Not inlined and with a fixed symbol, so that the emulator counts
-/// its instructions.
+/// whether there was a service among the received frames. Not inlined and with a fixed symbol, so
+/// that the emulator counts its instructions.
 #[unsafe(no_mangle)]
 #[inline(never)]
 fn process_frames(task: &mut CommTask, now_us: u64) -> bool {
     // Frames that arrive meanwhile wait for the next cycle, so that this one ends.
     let received = task.queues.received.len();
+    let mut has_service = false;
     for _ in 0..received {
-        task.receive(now_us);
+        has_service |= !task.receive(now_us);
         task.queue_frames();
     }
     task.device.communicate(now_us);
     task.queue_frames();
-    received > 0
+    has_service
 }

@@ -22,8 +22,8 @@ pub struct LoopTask {
     /// After corrupt data or a corrupt program: the copies are used no more.
     shutdown: Shutdown,
     watchdog: WatchdogSupervisor,
-    /// The outputs of the last control period.
-    outputs: Outputs,
+    /// The outputs of its last control period.
+    shutdown_outputs: Outputs,
     /// Whether the motor was driven before the last control step.
     was_driven: bool,
     /// Whether the duty of the last but one and of the last control step was set too late.
@@ -35,15 +35,15 @@ pub struct LoopTask {
 /// its instructions and a debugger shows it.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn first_copy(copies: &mut Replicated, inputs: &Inputs<'_>) -> Outputs {
-    copies.step(inputs)
+fn first_copy(copies: &mut Replicated, inputs: &Inputs<'_>) {
+    copies.step(inputs);
 }
 
 /// The same of the second copy, with the comparison.
 #[unsafe(no_mangle)]
 #[inline(never)]
-fn second_copy(copies: &mut Replicated, inputs: &Inputs<'_>, outputs: &Outputs) -> bool {
-    copies.repeat(inputs, outputs)
+fn second_copy(copies: &mut Replicated, inputs: &Inputs<'_>) -> bool {
+    copies.repeat(inputs)
 }
 
 impl LoopTask {
@@ -53,7 +53,7 @@ impl LoopTask {
             copies: Replicated::new(control_loop),
             shutdown: Shutdown::default(),
             watchdog,
-            outputs: Outputs::default(),
+            shutdown_outputs: Outputs::default(),
             was_driven: false,
             was_late: false,
             is_late: false,
@@ -76,7 +76,7 @@ impl LoopTask {
             match mailboxes.verify(self.copies.first().taken()) {
                 Some(messages) => {
                     let inputs = inputs(samples, messages, self.was_late);
-                    self.outputs = first_copy(&mut self.copies, &inputs);
+                    first_copy(&mut self.copies, &inputs);
                 }
                 None => self.begin_shutdown(Fault::DataCorrupt),
             }
@@ -84,7 +84,7 @@ impl LoopTask {
         if self.shutdown.has_begun() {
             self.shut_down();
         }
-        bridge.command(self.outputs.bridge);
+        bridge.command(self.outputs().bridge);
         self.is_late = bridge.timer().is_late();
     }
 
@@ -101,28 +101,38 @@ impl LoopTask {
             self.was_driven |= bridge.is_on();
             self.begin_shutdown(Fault::DataCorrupt);
             self.shut_down();
-            bridge.command(self.outputs.bridge);
+            bridge.command(self.outputs().bridge);
         }
         self.watchdog.end_step(self.is_late);
-        &self.outputs
+        self.outputs()
+    }
+
+    /// The outputs of the last control period.
+    fn outputs(&self) -> &Outputs {
+        if self.shutdown.has_begun() {
+            &self.shutdown_outputs
+        } else {
+            self.copies.first().outputs()
+        }
     }
 
     fn agrees(&mut self, samples: &Samples, mailboxes: &Mailboxes) -> bool {
         // A message that has changed since the first copy has read it makes a difference.
         let inputs = inputs(samples, mailboxes.read(), self.was_late);
-        second_copy(&mut self.copies, &inputs, &self.outputs)
+        second_copy(&mut self.copies, &inputs)
     }
 
     /// The outputs of a control period of the shutdown, or the restart at its end.
     fn shut_down(&mut self) {
-        let outputs = self.shutdown.step(&self.outputs);
-        self.outputs = outputs.unwrap_or_else(|| shutdown::restart());
+        let outputs = self.shutdown.step(&self.shutdown_outputs);
+        self.shutdown_outputs = outputs.unwrap_or_else(|| shutdown::restart());
     }
 
     /// The motor brakes if it was driven, unless the parameters exclude it.
     #[inline(never)]
     fn begin_shutdown(&mut self, fault: Fault) {
         let brakes = self.was_driven && self.copies.braking_faults().contains(fault);
+        self.shutdown_outputs = *self.outputs();
         self.shutdown.begin(fault, brakes);
     }
 }

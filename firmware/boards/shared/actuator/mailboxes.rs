@@ -70,38 +70,49 @@ impl Mailboxes {
 /// The end of the communication: memory for the next messages.
 pub struct Poster {
     spare: Mailboxes,
-    /// Numbers of the parameters and the excitation that were posted last.
-    posted: (u32, u8),
+    /// Numbers of changes of the messages that were posted last.
+    posted: [u32; 3],
 }
 
 impl Poster {
     /// A poster with this memory, whose messages are posted already.
     pub fn new(memory: &'static mut Messages) -> Self {
-        let spare = Mailboxes::new(memory);
-        let parameters = spare.parameters.unverified().number;
+        let posted = changes(memory);
         Self {
-            posted: (parameters, spare.excitation.unverified().number),
-            spare,
+            posted,
+            spare: Mailboxes::new(memory),
         }
     }
 
-    /// Posts the commands, and the other messages if they are new.
+    /// Posts the messages that have changed.
     pub fn post(&mut self, messages: &Messages, mailboxes: &mut impl Mutex<T = Mailboxes>) {
         let spare = &mut self.spare;
-        *spare.commands = messages.commands;
-        mailboxes.lock(|posted| swap(&mut posted.commands, &mut spare.commands));
-        let parameters = messages.parameters.unverified().number;
-        if parameters != self.posted.0 {
+        let changes = changes(messages);
+        let [commands, parameters, excitation] = self.posted;
+        let [new_commands, new_parameters, new_excitation] = changes;
+        if new_commands != commands {
+            *spare.commands = messages.commands;
+            mailboxes.lock(|posted| swap(&mut posted.commands, &mut spare.commands));
+        }
+        if new_parameters != parameters {
             spare.parameters.clone_from(&messages.parameters);
             mailboxes.lock(|posted| swap(&mut posted.parameters, &mut spare.parameters));
         }
-        let excitation = messages.excitation.unverified().number;
-        if excitation != self.posted.1 {
+        if new_excitation != excitation {
             *spare.excitation = messages.excitation;
             mailboxes.lock(|posted| swap(&mut posted.excitation, &mut spare.excitation));
         }
-        self.posted = (parameters, excitation);
+        self.posted = changes;
     }
+}
+
+/// The numbers of changes of the messages.
+fn changes(messages: &Messages) -> [u32; 3] {
+    [
+        messages.commands.changes(),
+        messages.parameters.changes(),
+        messages.excitation.changes(),
+    ]
 }
 
 /// The last outputs of the loop.

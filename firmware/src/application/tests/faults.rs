@@ -86,14 +86,14 @@ fn prepared(fault: Fault) -> TestBoard {
             board.command = None;
         }
         Fault::FollowingError => {
-            board.application.set_ripple(&smooth());
+            board.application.ripple = smooth();
             board.command = Some(angle(30.0));
         }
         Fault::CurrentImplausible => board.command = Some(angle(9.0)),
-        Fault::Overload => board.application.set_ripple(&smooth()),
+        Fault::Overload => board.application.ripple = smooth(),
         // The controller pulls, within the window of the following error.
         Fault::Stall => {
-            board.application.set_ripple(&smooth());
+            board.application.ripple = smooth();
             board.command = Some(angle(5.0));
         }
         _ => {}
@@ -109,7 +109,7 @@ fn every_fault_is_latched_and_safe_within_its_times() {
     for row in TABLE.iter().filter(is_detected_here) {
         let fault = row.fault;
         let mut board = prepared(fault);
-        let p = *board.application.parameters();
+        let p = board.application.parameters;
         let (mut detected, mut safe) = (None, None);
         for since in 1..1000 {
             let outputs = board.step_with(|samples| provoke(fault, samples, since));

@@ -77,7 +77,7 @@ fn a_board_that_lacks_samples_at_its_start_has_the_fault_of_those_alone() {
     ];
     for (cut, missing, there) in cuts {
         let (mut application, mut motor) =
-            (Application::new(BoardParameters::DEFAULT), Motor::new());
+            (Configured::new(BoardParameters::DEFAULT), Motor::new());
         let mut step = || {
             let mut samples = motor.samples();
             cut(&mut samples);

@@ -11,6 +11,8 @@ mod sources;
 mod states;
 mod winding;
 
+use core::ops::{Deref, DerefMut};
+
 use model_core::{
     control::{
         encoder_word::{EncoderCount, EncoderWord, Magnet},
@@ -24,6 +26,7 @@ use model_core::{
 };
 
 use super::*;
+use crate::{measure::Ripple, parameters::ModelSettings};
 
 /// A motor that turns as far as it likes.
 fn without_stop() -> FirstOrderParameters {
@@ -106,9 +109,61 @@ impl Motor {
     }
 }
 
+/// An application with its settings.
+pub(crate) struct Configured {
+    application: Application,
+    pub parameters: BoardParameters,
+    pub ripple: Ripple,
+}
+
+impl Configured {
+    /// After an ordinary reset.
+    pub fn new(parameters: BoardParameters) -> Self {
+        Self::after(parameters, Start::default())
+    }
+
+    /// After a reset of any kind, with the motor of the default model.
+    pub fn after(parameters: BoardParameters, start: Start) -> Self {
+        let motor = ModelSettings::DEFAULT;
+        Self {
+            application: Application::new(&parameters, start),
+            parameters,
+            ripple: Ripple::of(motor.resistance_ohm, motor.inductance_h),
+        }
+    }
+
+    pub fn control_period(&mut self, samples: &Samples) -> Outputs {
+        let settings = Settings {
+            board: &self.parameters,
+            ripple: &self.ripple,
+        };
+        *self.application.control_period(settings, samples)
+    }
+
+    pub fn retune(&mut self, parameters: &BoardParameters) -> Result<(), Refused> {
+        self.application.retune(&self.parameters, parameters)?;
+        self.parameters = *parameters;
+        Ok(())
+    }
+}
+
+impl Deref for Configured {
+    type Target = Application;
+
+    fn deref(&self) -> &Application {
+        &self.application
+    }
+}
+
+impl DerefMut for Configured {
+    fn deref_mut(&mut self) -> &mut Application {
+        &mut self.application
+    }
+}
+
 /// A board, the motor that it drives, and a hand in the wiring.
 pub(super) struct TestBoard {
-    pub application: Application,
+    pub application: Configured,
     motor: Motor,
     pub outputs: Outputs,
     /// What is commanded in each control period, if anything.
@@ -118,7 +173,7 @@ pub(super) struct TestBoard {
 impl TestBoard {
     pub fn new(parameters: BoardParameters) -> Self {
         let mut board = Self {
-            application: Application::new(parameters),
+            application: Configured::new(parameters),
             motor: Motor::new(),
             outputs: Outputs::default(),
             command: None,

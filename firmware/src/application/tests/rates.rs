@@ -15,9 +15,10 @@ fn with_gains(control: ControlParameters) -> BoardParameters {
     }
 }
 
-fn enabled(parameters: BoardParameters) -> Application {
+fn enabled(parameters: BoardParameters) -> Configured {
     // The samples show no current.
-    let mut application = Application::with_ripple(parameters, Start::default(), smooth());
+    let mut application = Configured::new(parameters);
+    application.ripple = smooth();
     application.control_period(&Samples::at_rest(word(1000)));
     application.request(Request::Enable).unwrap();
     application
@@ -101,7 +102,7 @@ fn after_missed_periods(missed: u8, counts: u16) -> (Telemetry, Telemetry) {
     parameters.timing.overruns = 250;
     // 8 counts a period are 175.78 deg/s, 12 are 263.67 deg/s.
     parameters.encoder.greatest_rate_deg_s = 200;
-    let mut application = Application::new(parameters);
+    let mut application = Configured::new(parameters);
     let mut count = 1000;
     for _ in 0..10 {
         count += 8;

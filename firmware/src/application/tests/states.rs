@@ -17,7 +17,7 @@ fn the_loop_is_not_closed_before_everything_was_measured() {
         |samples| samples.current = None,
     ];
     for cut in cuts {
-        let mut application = Application::new(BoardParameters::DEFAULT);
+        let mut application = Configured::new(BoardParameters::DEFAULT);
         let mut samples = Samples::at_rest(word(0));
         cut(&mut samples);
         assert_eq!(
@@ -34,7 +34,7 @@ fn the_loop_is_not_closed_before_everything_was_measured() {
 
 #[test]
 fn what_cannot_be_measured_within_200_ms_of_the_start_is_a_fault() {
-    let mut application = Application::new(BoardParameters::DEFAULT);
+    let mut application = Configured::new(BoardParameters::DEFAULT);
     let mut samples = Samples::at_rest(word(0));
     samples.encoder = None;
     for _ in 0..49 {
@@ -68,7 +68,7 @@ fn a_watchdog_reset_and_corrupt_parameters_are_faults_of_the_start() {
             Fault::ParametersCorrupt,
         ),
     ] {
-        let mut application = Application::after(BoardParameters::DEFAULT, start);
+        let mut application = Configured::after(BoardParameters::DEFAULT, start);
         let outputs = application.control_period(&Samples::at_rest(word(0)));
         assert_eq!(
             (outputs.state, outputs.fault),
@@ -86,7 +86,7 @@ fn a_corrupt_program_remains_a_fault_after_every_acknowledgement() {
         program_corrupt: true,
         ..Start::default()
     };
-    let mut application = Application::after(BoardParameters::DEFAULT, start);
+    let mut application = Configured::after(BoardParameters::DEFAULT, start);
     for _ in 0..3 {
         let outputs = application.control_period(&Samples::at_rest(word(0)));
         assert_eq!(
@@ -109,7 +109,7 @@ fn after_a_reset_in_motion_the_motor_brakes_while_the_board_initialises() {
     };
     let first = |start| {
         let outputs =
-            Application::after(BoardParameters::DEFAULT, start).control_period(&unmeasured);
+            Configured::after(BoardParameters::DEFAULT, start).control_period(&unmeasured);
         assert_eq!(outputs.state, BoardState::Initialising);
         outputs.bridge
     };

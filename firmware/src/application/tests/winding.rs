@@ -7,7 +7,7 @@ use crate::native;
 
 /// The application in a closed loop with the plant of the emulated board.
 struct Loop {
-    application: Application,
+    application: Configured,
     plant: SampledBoardPlant,
 }
 
@@ -15,7 +15,7 @@ impl Loop {
     fn enabled() -> Self {
         let plant = BoardPlant::try_new(&BoardPlantOptions::default()).unwrap();
         let mut board = Self {
-            application: Application::new(BoardParameters::DEFAULT),
+            application: Configured::new(BoardParameters::DEFAULT),
             plant: SampledBoardPlant::new(plant, &mut |_, _| {}),
         };
         board.step();

@@ -50,7 +50,7 @@ fn each_stored_value_is_an_object_with_its_default_and_range() {
     let mut out_of_range = 0;
     for entry in DICTIONARY.entries() {
         let address = entry.address();
-        let default = match location(address) {
+        let default = match location(entry) {
             Location::Control(row) => {
                 control[row] = true;
                 let default = BoardParameters::DEFAULT.control.get(row);
@@ -80,7 +80,7 @@ fn each_stored_value_is_an_object_with_its_default_and_range() {
                 "{address:?}"
             );
         }
-        let Location::Parameter(parameter) = location(address) else {
+        let Location::Parameter(parameter) = location(entry) else {
             continue;
         };
         assert_eq!(entry.access(), Access::ReadWrite);

@@ -3,7 +3,7 @@
 use super::*;
 use crate::parameters::{CONTROL, Parameter};
 use crate::store::{EDGES, Stored, layout_hash};
-use canopen::dictionary::Address;
+use canopen::dictionary::{Address, Entry};
 use canopen::{Abort, ParameterGroup};
 use core::task::Poll;
 
@@ -257,11 +257,11 @@ fn an_enabled_drive_keeps_its_identity_against_lss() {
 struct Recorder(Vec<Address>);
 
 impl canopen::Application for Recorder {
-    fn read(&mut self, _: Address) -> Result<u64, Abort> {
+    fn read(&mut self, _: &Entry) -> Result<u64, Abort> {
         Err(Abort::NoObject)
     }
 
-    fn write(&mut self, _: Address, _: u64) -> Result<(), Abort> {
+    fn write(&mut self, _: &Entry, _: u64) -> Result<(), Abort> {
         Err(Abort::NoObject)
     }
 

@@ -1,8 +1,6 @@
 //! The CRC calculation unit (RM0090, chapter 4).
 //!
-//! It computes a CRC with the polynomial of the Ethernet, as CRC-32/ISO-HDLC, but most significant
-//! bit first, and neither reflects nor inverts. Words with reversed bits, and a result that is
-//! reversed and inverted, give CRC-32/ISO-HDLC of the bytes in memory.
+//! It computes CRC-32/MPEG-2 of words, most significant bit first.
 
 use firmware::integrity::WordCrc;
 
@@ -19,7 +17,7 @@ impl CrcUnit {
 
     #[inline(always)]
     fn add(&self, word: u32) {
-        self.0.dr().write(|w| w.dr().set(word.reverse_bits()));
+        self.0.dr().write(|w| w.dr().set(word));
     }
 }
 
@@ -29,17 +27,17 @@ impl WordCrc for CrcUnit {
     }
 
     fn update(&mut self, words: &[u32]) {
-        // Eight words in a round: the loop itself takes as long as a word.
+        // Eight words in a round: the loop itself takes as long as four.
         let (rounds, rest) = words.as_chunks::<8>();
-        for [a, b, c, d, e, f, g, h] in rounds {
-            self.add(*a);
-            self.add(*b);
-            self.add(*c);
-            self.add(*d);
-            self.add(*e);
-            self.add(*f);
-            self.add(*g);
-            self.add(*h);
+        for &[a, b, c, d, e, f, g, h] in rounds {
+            self.add(a);
+            self.add(b);
+            self.add(c);
+            self.add(d);
+            self.add(e);
+            self.add(f);
+            self.add(g);
+            self.add(h);
         }
         for word in rest {
             self.add(*word);
@@ -47,6 +45,6 @@ impl WordCrc for CrcUnit {
     }
 
     fn value(&mut self) -> u32 {
-        !self.0.dr().read().dr().bits().reverse_bits()
+        self.0.dr().read().dr().bits()
     }
 }
