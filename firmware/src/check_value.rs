@@ -154,13 +154,13 @@ mod tests {
     fn each_parameter_of_the_loop_is_covered() {
         let parameters = LoopParameters::of(&StoredParameters::DEFAULT);
         let check = check_value(&parameters);
-        let mut other = parameters.clone();
+        let mut other = parameters;
         other.axis.max_velocity ^= 1;
         assert_ne!(check_value(&other), check);
-        other = parameters.clone();
+        other = parameters;
         other.board.stop.brake_faults ^= 1;
         assert_ne!(check_value(&other), check);
-        other = parameters.clone();
+        other = parameters;
         other.failsafe.failsafe_position_mdeg ^= 1;
         assert_ne!(check_value(&other), check);
     }

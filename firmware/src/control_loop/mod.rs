@@ -96,28 +96,9 @@ impl Loop {
         (commands, parameters, excitation): (&Commands, &LoopParameters, &ExcitationRequest),
         start: Start,
     ) -> Self {
-        let state = State {
-            application: Application::new(&parameters.board, start),
-            axis: Axis::new(),
-            command: *commands.newest(),
-            motion: Motion::default(),
-            failsafe: Failsafe::default(),
-            command_faults: FaultSet::EMPTY,
-            pulse_age: u16::MAX,
-            start: start.permanent(),
-            taken: Taken {
-                command: commands.number(),
-                parameters: parameters.number,
-                excitation: excitation.number,
-                source: commands.source.number,
-                network_loss: commands.network_loss.number,
-                restarts: commands.restarts,
-                sample_due: None,
-            },
-        };
         Self {
-            parameters: parameters.clone(),
-            state,
+            parameters: *parameters,
+            state: State::new((commands, parameters, excitation), start),
         }
     }
 
@@ -163,7 +144,8 @@ impl Loop {
             ..
         } = *inputs;
         if commands.restarts != self.state.taken.restarts {
-            *self = Self::new((commands, parameters, excitation), self.state.start);
+            self.parameters = *parameters;
+            self.state = State::new((commands, parameters, excitation), self.state.start);
             return;
         }
         if parameters.number != self.state.taken.parameters && self.apply(parameters) {
@@ -181,12 +163,37 @@ impl Loop {
         if parameters.board != *present && application.retune(present, &parameters.board).is_err() {
             return false;
         }
-        self.parameters.clone_from(parameters);
+        self.parameters = *parameters;
         true
     }
 }
 
 impl State {
+    fn new(
+        (commands, parameters, excitation): (&Commands, &LoopParameters, &ExcitationRequest),
+        start: Start,
+    ) -> Self {
+        Self {
+            application: Application::new(&parameters.board, start),
+            axis: Axis::new(),
+            command: *commands.newest(),
+            motion: Motion::default(),
+            failsafe: Failsafe::default(),
+            command_faults: FaultSet::EMPTY,
+            pulse_age: u16::MAX,
+            start: start.permanent(),
+            taken: Taken {
+                command: commands.number(),
+                parameters: parameters.number,
+                excitation: excitation.number,
+                source: commands.source.number,
+                network_loss: commands.network_loss.number,
+                restarts: commands.restarts,
+                sample_due: None,
+            },
+        }
+    }
+
     fn control_period(&mut self, parameters: &LoopParameters, inputs: &Inputs<'_>) {
         self.take_requests(inputs.commands);
         let (is_new_position, is_new_velocity) = self.take_command(inputs.commands);

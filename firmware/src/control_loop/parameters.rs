@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// Everything that the loop uses and a front end can set.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct LoopParameters {
     /// Number of the message; another number is a new message. Wraps.
     pub number: u32,

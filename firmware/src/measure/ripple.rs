@@ -70,7 +70,7 @@ pub struct PeriodCurrent {
 }
 
 /// The factors for all duties, for one winding.
-#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Ripple {
     table: [Factors; STEPS + 1],
     /// 1/R, 1/ohm, as the bits of single precision.

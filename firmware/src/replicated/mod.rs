@@ -80,8 +80,7 @@ impl Replicated {
 
     /// The faults after which the motor brakes, by either copy: at most one of them is wrong.
     pub fn braking_faults(&self) -> FaultSet {
-        let [first, second] = [&self.first, &self.second].map(|copy| copy.parameters());
-        let braking = first.board.braking_faults();
-        braking.or(second.board.braking_faults())
+        let of = |copy: &Loop| copy.parameters().board.braking_faults();
+        of(&self.first).or(of(&self.second))
     }
 }

@@ -95,7 +95,7 @@ impl Poster {
             mailboxes.lock(|posted| swap(&mut posted.commands, &mut spare.commands));
         }
         if new_parameters != parameters {
-            spare.parameters.clone_from(&messages.parameters);
+            *spare.parameters = messages.parameters;
             mailboxes.lock(|posted| swap(&mut posted.parameters, &mut spare.parameters));
         }
         if new_excitation != excitation {

@@ -4,7 +4,6 @@
 //! forbid unsafe code, which registers and exception handlers need. The programs have the module
 //! `chip` beside it, with the names and addresses of their chip's registers.
 
-mod compare;
 pub mod diagnostics;
 pub mod log;
 pub mod safe_state;
