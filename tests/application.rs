@@ -3,8 +3,8 @@
 use firmware::application::{
     Application, Bridge, Request, Samples, Settings as BoardSettings, Start,
 };
-use firmware::measure::Ripple;
-use firmware::parameters::BoardParameters;
+use firmware::measure::{MotorConstants, Ripple};
+use firmware::parameters::{BoardParameters, ModelSettings};
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::control::cascade::Coefficients;
 use model_core::control::pwm_timer::PwmCompare;
@@ -49,7 +49,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
         };
         let of_board = BoardSettings {
             board: &parameters,
-            ripple: &Ripple::of(7.7, 1e-3),
+            motor: &MotorConstants::of(&ModelSettings::DEFAULT),
         };
         let mut application = Application::new(&parameters, Start::default());
         // Before the run the encoder is sampled once, then the loop is closed.

@@ -62,6 +62,9 @@ const INITIALISING_PERIODS: u32 = periods(200) as u32;
 const POSITION_LOST: FaultSet =
     FaultSet::of(&[Fault::EncoderInvalid, Fault::MagnetLost, Fault::EncoderJump]);
 
+/// After these faults the position is not what the encoder shows.
+const POSITION_WRONG: FaultSet = FaultSet::of(&[Fault::EncoderStuck, Fault::EncoderImplausible]);
+
 /// Circumstances of the reset that are relevant to the application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Start {
@@ -377,7 +380,7 @@ impl Application {
             back_emf_mv,
             supply_mv: self.outputs.telemetry.supply_mv,
         };
-        let duty = stop.next(&p.current, settings.ripple, voltages);
+        let duty = stop.next(&p.current, &settings.motor.ripple, voltages);
         let duty = duty.limited(p.control.duty_limit());
         if stop.is_over(&p.stop) {
             self.state = BoardState::Fault;

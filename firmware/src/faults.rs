@@ -61,11 +61,13 @@ pub enum Fault {
     DataCorrupt = 22,
     /// The program's flash differs from the program that was built.
     ProgramCorrupt = 23,
+    /// The encoder's travel differs from that of the motor.
+    EncoderImplausible = 24,
 }
 
 impl Fault {
     /// All faults in the order of their numbers.
-    pub const ALL: [Self; 23] = [
+    pub const ALL: [Self; 24] = [
         Self::EncoderInvalid,
         Self::MagnetLost,
         Self::MagnetWeak,
@@ -89,6 +91,7 @@ impl Fault {
         Self::MotorPolarity,
         Self::DataCorrupt,
         Self::ProgramCorrupt,
+        Self::EncoderImplausible,
     ];
 
     /// Its number.

@@ -14,7 +14,7 @@ use model_core::{
 
 use crate::{
     faults::{Fault, FaultSet},
-    measure::Ripple,
+    measure::MotorConstants,
     parameters::{BoardParameters, CommandSettings, Parameter},
 };
 
@@ -82,8 +82,8 @@ impl Samples {
 pub struct Settings<'a> {
     /// The parameters of the board, checked.
     pub board: &'a BoardParameters,
-    /// The ripple of the motor's current.
-    pub ripple: &'a Ripple,
+    /// The constants of the motor.
+    pub motor: &'a MotorConstants,
 }
 
 /// State of the CAN controller (ISO 11898-1, fault confinement).

@@ -3,6 +3,7 @@
 //! Gains and offsets are computed from those of `model_core::sensors` at compile time, so that the
 //! board and its simulated front ends cannot differ.
 
+mod motor;
 mod ntc;
 mod ripple;
 
@@ -11,6 +12,7 @@ use model_core::sensors::{
     dividers::{LEG_DIVIDER, SUPPLY_DIVIDER},
 };
 
+pub use motor::MotorConstants;
 pub use ntc::temperature_mdeg_c;
 pub use ripple::{PeriodCurrent, Ripple};
 

@@ -13,6 +13,7 @@ pub mod stall;
 pub mod supply;
 pub mod temperature;
 pub mod timing;
+pub mod travel;
 
 use model_core::control::{
     cascade::Setpoint,
@@ -25,7 +26,7 @@ use model_core::control::{
 use self::{
     current::CurrentGuard, encoder::EncoderGuard, following::FollowingGuard,
     plausibility::PlausibilityGuard, stall::StallGuard, supply::SupplyGuard,
-    temperature::TemperatureGuard, timing::TimingGuard,
+    temperature::TemperatureGuard, timing::TimingGuard, travel::TravelGuard,
 };
 use crate::{
     faults::{Fault, FaultSet},
@@ -94,6 +95,7 @@ pub struct Protection {
     temperature: TemperatureGuard,
     timing: TimingGuard,
     plausibility: PlausibilityGuard,
+    travel: TravelGuard,
     is_complete: bool,
 }
 
@@ -107,16 +109,22 @@ impl Protection {
         shaft: &ShaftTracker,
         compare: PwmCompare,
     ) -> Measured {
-        let Settings { board, ripple } = settings;
-        let encoder = (self.encoder).validate(&board.encoder, samples.encoder, shaft);
+        let Settings { board, motor } = settings;
         let scan = samples.scan;
-        let sampled_ma = samples.current.map(measure::current_ma);
-        let supply_mv = scan.map(|scan| measure::supply_mv(scan.supply));
-        let current = sampled_ma
-            .zip(supply_mv)
-            .map(|(sampled_ma, supply_mv)| ripple.over_period(sampled_ma, compare, supply_mv));
         let back_emf_mv =
             scan.and_then(|Scan { leg_a, leg_b, .. }| measure::back_emf_mv(leg_a, leg_b));
+        (self.travel).advance(motor, back_emf_mv, samples.missed_periods);
+        let encoder = self.encoder.validate(
+            (&board.encoder, board.control.is_reversed()),
+            samples.encoder,
+            shaft,
+            &mut self.travel,
+        );
+        let sampled_ma = samples.current.map(measure::current_ma);
+        let supply_mv = scan.map(|scan| measure::supply_mv(scan.supply));
+        let current = sampled_ma.zip(supply_mv).map(|(sampled_ma, supply_mv)| {
+            motor.ripple.over_period(sampled_ma, compare, supply_mv)
+        });
         let measured = Measured {
             count: encoder.count,
             travelled: encoder.travelled,
@@ -146,7 +154,11 @@ impl Protection {
             .or(self.supply.check(&p.supply, c))
             .or(self.temperature.check(&p.temperature, c))
             .or(self.timing.check(&p.timing, c))
-            .or(self.plausibility.check(&p.encoder, settings.ripple, c));
+            .or(self.travel.check())
+            .or(self
+                .plausibility
+                .check(&p.encoder, &settings.motor.ripple, c));
+        (self.travel).learn(c.is_driving, c.measured.travelled, c.measured.back_emf_mv);
         present.put(Fault::Stall, self.stall.check(&p.stall, c));
         present.put(Fault::FollowingError, self.following.check(&p.following, c));
         present.put(Fault::CommandTimeout, c.is_stale);
@@ -161,6 +173,7 @@ impl Protection {
         self.following = FollowingGuard::default();
         self.plausibility = PlausibilityGuard::default();
         self.encoder.restart();
+        self.travel.restart();
     }
 }
 

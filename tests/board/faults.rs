@@ -45,9 +45,9 @@ fn at(fault: Fault) -> Planned {
     Planned::at_ms(FROM_MS, fault)
 }
 
-/// Alternates faster than the stall time.
-fn alternating(tick: u64) -> i32 {
-    steps(tick, 10_000, 60)
+/// 20 deg/s, at which neither a stall nor the friction's current counts.
+fn slow(tick: u64) -> i32 {
+    80 * tick.saturating_sub(FROM_MS / 4) as i32
 }
 
 /// Steps that do not leave the window of the following error.
@@ -96,12 +96,12 @@ const CASES: [Case; 21] = [
         || at(Fault::CurrentSense { code: 3060 }),
         0,
     ),
-    // 1.1 A: at any duty a root mean square above twice the continuous current.
+    // 1.3 A: at any duty a root mean square above twice the continuous current.
     Case {
-        targets: alternating,
+        targets: slow,
         ..case(
             Reported::Overload,
-            || at(Fault::CurrentSense { code: 2731 }),
+            || at(Fault::CurrentSense { code: 2855 }),
             0,
         )
     },

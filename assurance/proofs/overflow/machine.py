@@ -42,7 +42,7 @@ class Machine:
         that is kept.
         """
         solver = z3.Tactic("qfbv").solver()
-        solver.set("timeout", 60_000)
+        solver.set("timeout", 600_000)
         solver.add(*self.conditions, *more)
         outcome = solver.check()
         return outcome, solver.model() if outcome == z3.sat else "no result in time"

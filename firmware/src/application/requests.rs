@@ -2,7 +2,7 @@
 
 use model_core::control::cascade::CascadeStep;
 
-use super::{Application, BoardState, Refused, Request, stopping::Stopping};
+use super::{Application, BoardState, POSITION_WRONG, Refused, Request, stopping::Stopping};
 use crate::{
     command::excitation::{Run, Sample},
     faults::{Fault, PERMANENT},
@@ -165,7 +165,7 @@ impl Application {
     }
 
     fn acknowledge(&mut self) {
-        if self.log.latched().contains(Fault::EncoderStuck) {
+        if !self.log.latched().and(POSITION_WRONG).is_empty() {
             self.control.reset_position();
         }
         self.log.acknowledge();

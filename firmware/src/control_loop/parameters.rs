@@ -6,7 +6,7 @@ use super::axis_parameters::axis_parameters;
 use crate::{
     drive::StoredParameters,
     interface::Settings,
-    measure::Ripple,
+    measure::MotorConstants,
     parameters::{BoardParameters, FailsafeSettings, ObjectValues},
 };
 
@@ -21,8 +21,8 @@ pub struct LoopParameters {
     pub axis: AxisParameters,
     /// The reaction to the loss of the master.
     pub failsafe: FailsafeSettings,
-    /// The ripple of the motor's current.
-    pub ripple: Ripple,
+    /// The constants of the motor.
+    pub motor: MotorConstants,
 }
 
 impl LoopParameters {
@@ -34,7 +34,7 @@ impl LoopParameters {
             board: stored.board,
             axis: axis_parameters(values, &stored.board),
             failsafe: values.failsafe,
-            ripple: ripple(values),
+            motor: MotorConstants::of(&values.model),
         }
     }
 
@@ -42,7 +42,7 @@ impl LoopParameters {
     pub(super) fn settings(&self) -> Settings<'_> {
         Settings {
             board: &self.board,
-            ripple: &self.ripple,
+            motor: &self.motor,
         }
     }
 
@@ -52,13 +52,8 @@ impl LoopParameters {
         self.failsafe = values.failsafe;
     }
 
-    /// Takes over the winding of the motor model.
-    pub(crate) fn set_winding(&mut self, values: &ObjectValues) {
-        self.ripple = ripple(values);
+    /// Takes over the motor of object 2011h.
+    pub(crate) fn set_motor(&mut self, values: &ObjectValues) {
+        self.motor = MotorConstants::of(&values.model);
     }
-}
-
-/// The ripple of the current in the motor that these values describe.
-fn ripple(values: &ObjectValues) -> Ripple {
-    Ripple::of(values.model.resistance_ohm, values.model.inductance_h)
 }

@@ -55,6 +55,7 @@ impl Drive<'_> {
     }
 
     fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {
+        use ObjectValue::{GearRatio, InductanceH, ResistanceOhm, TorqueConstantNmA};
         use ObjectValue::{Signal1, Signal2, Signal3, Signal4, Signal5, Signal6, Signal7, Signal8};
         let selects_signal = matches!(
             value,
@@ -68,10 +69,13 @@ impl Drive<'_> {
             self.service.password_set();
         }
         let values = self.values;
-        let is_winding = matches!(value, ObjectValue::ResistanceOhm | ObjectValue::InductanceH);
+        let is_of_motor = matches!(
+            value,
+            ResistanceOhm | InductanceH | TorqueConstantNmA | GearRatio
+        );
         self.post(|parameters| {
-            if is_winding {
-                parameters.set_winding(&values);
+            if is_of_motor {
+                parameters.set_motor(&values);
             }
         });
         Ok(())

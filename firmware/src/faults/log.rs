@@ -101,6 +101,6 @@ mod tests {
             log.latch(fault, tick as u32);
         }
         let ticks = log.history().map(|record| record.tick);
-        assert!(ticks.eq((15..23).rev()));
+        assert!(ticks.eq((16..24).rev()));
     }
 }

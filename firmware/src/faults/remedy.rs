@@ -23,6 +23,10 @@ impl Fault {
             Self::EncoderJump => {
                 "Check the encoder's cable for interference, and the magnet's mount."
             }
+            Self::EncoderImplausible => {
+                "Check that the magnet is fixed to the shaft and the gears are whole, and that object 2011h has the \
+                 torque constant and the gear ratio of the motor."
+            }
             Self::OverCurrent => {
                 "Look for a short circuit of the motor or its cable. If it comes with reversals, lower \
                  the acceleration or the duty limit."

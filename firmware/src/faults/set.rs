@@ -22,7 +22,7 @@ impl FaultSet {
     }
 
     const fn bit(fault: Fault) -> u32 {
-        // Numbers are at most 23, so the mask has no effect; it removes the overflow check.
+        // Numbers are at most 24, so the mask has no effect; it removes the overflow check.
         1 << (fault.number() & 31)
     }
 

@@ -4,7 +4,10 @@ use super::{Fault, FaultSet};
 use crate::{
     integrity::PROGRAM_CHECK_PERIODS,
     parameters::BoardParameters,
-    protection::plausibility::{CURRENT_IMPLAUSIBLE_PERIODS, MOTOR_POLARITY_PERIODS},
+    protection::{
+        plausibility::{CURRENT_IMPLAUSIBLE_PERIODS, MOTOR_POLARITY_PERIODS},
+        travel::AT_20_DEG_S_PERIODS,
+    },
     timing::{CONTROL_PERIOD_MS, periods},
 };
 
@@ -102,15 +105,18 @@ impl Fault {
                 Reaction::QuickStop
             }
             // The encoder is lost, the back-EMF is not.
-            Self::EncoderInvalid | Self::MagnetLost | Self::EncoderStuck | Self::EncoderJump => {
-                Reaction::StopByBackEmf
-            }
+            Self::EncoderInvalid
+            | Self::MagnetLost
+            | Self::EncoderStuck
+            | Self::EncoderJump
+            | Self::EncoderImplausible => Reaction::StopByBackEmf,
             _ => Reaction::SwitchOff,
         }
     }
 
     /// Maximum time from the start of the condition to the control step that latches the fault, ms;
-    /// for [`Fault::Overload`] at twice the continuous current, starting cold.
+    /// for [`Fault::Overload`] at twice the continuous current, starting cold, for
+    /// [`Fault::EncoderImplausible`] at a drift of 20 deg/s.
     ///
     /// ```
     /// use firmware::{faults::Fault, parameters::BoardParameters};
@@ -137,6 +143,7 @@ impl Fault {
             Self::CommandTimeout => periods(p.command.command_timeout_ms) as i32 + 1,
             // The end of the pass after that in which it changed.
             Self::ProgramCorrupt => 2 * PROGRAM_CHECK_PERIODS as i32 + 1,
+            Self::EncoderImplausible => AT_20_DEG_S_PERIODS,
             // In the first control period with the condition.
             Self::BridgeTripped
             | Self::DataCorrupt
@@ -169,7 +176,7 @@ impl Fault {
 }
 
 /// All faults in the order of their numbers.
-pub const TABLE: [FaultDescription; 23] = {
+pub const TABLE: [FaultDescription; 24] = {
     use Watched::{Always, Driven, Following, Start};
     const fn row(
         fault: Fault,
@@ -190,14 +197,14 @@ pub const TABLE: [FaultDescription; 23] = {
         row(
             Fault::EncoderInvalid,
             "encoder invalid",
-            "more than `lost_samples` words in a row missing, of odd parity or with OCF clear",
+            "more than `lost_samples` words, less the valid ones after them, missing, of odd parity or with OCF clear",
             Driven,
             0x7305,
         ),
         row(
             Fault::MagnetLost,
             "magnet lost",
-            "more than `lost_samples` words in a row lost, the last with COF or LIN set",
+            "the same, the last with COF or LIN set",
             Driven,
             0x7306,
         ),
@@ -211,15 +218,15 @@ pub const TABLE: [FaultDescription; 23] = {
         row(
             Fault::EncoderStuck,
             "encoder stuck",
-            "no count travelled for `stuck_ms` although the back-EMF is `stuck_back_emf_mv` or more, or the duty \
-             `stuck_duty_pct` or more at a mean current below `stuck_current_ma`",
+            "as encoder implausible, with no count travelled; or no count travelled for `stuck_ms` at a duty of \
+             `stuck_duty_pct` or more and a mean current below `stuck_current_ma`",
             Driven,
             0x7305,
         ),
         row(
             Fault::EncoderJump,
             "encoder jump",
-            "more than `lost_samples` words in a row lost, the last further away than `greatest_rate_deg_s` allows",
+            "the same, the last 1.5 deg or more from where the motor has turned the encoder",
             Driven,
             0x7305,
         ),
@@ -283,7 +290,7 @@ pub const TABLE: [FaultDescription; 23] = {
         row(
             Fault::MeasurementLost,
             "measurement lost",
-            "no current, no scan, or no temperature within -46 to 160 deg C for `measurement_ms`",
+            "no current, no scan, or no temperature within -46 to 160 deg C for `measurement_ms`; or no back-EMF for 100 ms of drive",
             Driven,
             0x5210,
         ),
@@ -325,7 +332,7 @@ pub const TABLE: [FaultDescription; 23] = {
         row(
             Fault::CurrentImplausible,
             "current implausible",
-            "for 60 ms a mean current below a third of (duty x supply - back-EMF)/resistance, which is 200 mA or more: \
+            "for 60 ms a mean current below a third of (duty x supply - back-EMF)/resistance, which is 150 mA or more: \
              the current sense is dead, or the motor is not connected",
             Driven,
             0x5210,
@@ -333,7 +340,7 @@ pub const TABLE: [FaultDescription; 23] = {
         row(
             Fault::MotorPolarity,
             "motor polarity",
-            "for 20 ms a back-EMF of `stuck_back_emf_mv` or more while the encoder turns the other way",
+            "for 12 ms a back-EMF of `stuck_back_emf_mv` or more while the encoder turns the other way",
             Driven,
             0x7122,
         ),
@@ -351,6 +358,14 @@ pub const TABLE: [FaultDescription; 23] = {
              200 ms and at the start",
             Always,
             0x5520,
+        ),
+        row(
+            Fault::EncoderImplausible,
+            "encoder implausible",
+            "the encoder's travel and the motor's, by the back-EMF, differ by 2 deg more than a share of it (45 % ahead, \
+             25 % behind) and 1 deg/s; the time is that of a drift of 20 deg/s",
+            Driven,
+            0x7320,
         ),
     ]
 };

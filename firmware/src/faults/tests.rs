@@ -12,7 +12,7 @@ fn numbers_match_the_positions_in_list_and_table() {
         assert_eq!(Fault::of_number(fault.number()), Some(fault));
         assert_eq!(TABLE[index].fault, fault);
     }
-    assert_eq!(Fault::of_number(24), None);
+    assert_eq!(Fault::of_number(25), None);
     assert_eq!(Fault::of_number(u16::MAX), None);
 }
 

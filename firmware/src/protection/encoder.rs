@@ -2,29 +2,26 @@
 //!
 //! | condition | consequence |
 //! |---|---|
-//! | no word, odd parity, OCF clear | a lost sample; more than `lost_samples` in a row: [`Fault::EncoderInvalid`] |
+//! | no word, odd parity, OCF clear | a lost sample; `lost_samples` more of them than valid ones: [`Fault::EncoderInvalid`] |
 //! | COF or LIN set | the same: [`Fault::MagnetLost`] |
-//! | a count further from the last valid one than `greatest_rate_deg_s` allows | the same: [`Fault::EncoderJump`] |
+//! | a count to which the motor has not turned the encoder ([`super::travel`]) | the same: [`Fault::EncoderJump`] |
 //! | MagINC and MagDEC both set for `magnet_weak_ms` | [`Fault::MagnetWeak`] |
 //! | MagINC or MagDEC alone | the magnet moves: reported in the telemetry |
-//! | no count travelled for `stuck_ms` although the motor turns | [`Fault::EncoderStuck`] |
+//! | no count travelled for `stuck_ms` while the motor is driven hard and takes no current | [`Fault::EncoderStuck`] |
 //!
 //! This guard decodes the word and decides whether its count is valid. The tracker of the control
-//! step knows the distance of a count from the last valid one and the periods since then.
+//! step knows the distance of a count from the last valid one.
 //!
-//! The motor turns if its back-EMF shows it, or if it is driven hard and takes less current than it
-//! would in a stall. A motor that is not connected looks the same.
+//! A motor that is driven hard and takes less current than it would in a stall turns, or is not
+//! connected.
 
-use model_core::{
-    control::{
-        encoder_word::{EncoderCount, EncoderError, EncoderReading, EncoderWord, Magnet},
-        shaft_tracker::ShaftTracker,
-        units::Percent,
-    },
-    time::CONTROL_RATE_HZ,
+use model_core::control::{
+    encoder_word::{EncoderCount, EncoderError, EncoderReading, EncoderWord, Magnet},
+    shaft_tracker::ShaftTracker,
+    units::Percent,
 };
 
-use super::{Conditions, lasting::Lasting};
+use super::{Conditions, lasting::Lasting, travel::TravelGuard};
 use crate::{
     faults::{Fault, FaultSet},
     parameters::EncoderLimits,
@@ -41,9 +38,7 @@ pub(super) struct Validated {
 /// The state of the encoder's protection.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct EncoderGuard {
-    /// Counts rejected as jumps since the last valid one.
-    jumps: u16,
-    /// Samples lost in a row.
+    /// Lost samples; a valid one makes up for one of them.
     lost: u16,
     /// The cause of the last lost sample.
     cause: Option<Fault>,
@@ -53,23 +48,30 @@ pub(super) struct EncoderGuard {
 }
 
 impl EncoderGuard {
-    /// Decides whether a word has a valid count.
+    /// Decides whether a word has a valid count: one to which the motor has turned the encoder.
     pub fn validate(
         &mut self,
-        limits: &EncoderLimits,
+        (limits, is_reversed): (&EncoderLimits, bool),
         word: Option<EncoderWord>,
         shaft: &ShaftTracker,
+        travel: &mut TravelGuard,
     ) -> Validated {
+        let of_shaft = |counts: i32| if is_reversed { -counts } else { counts };
         let reading = decode(word).and_then(|reading| {
             let travelled = shaft.travel_to(reading.count);
-            match travelled {
-                Some(way) if way.abs() > self.reach(limits, shaft) => Err(Fault::EncoderJump),
-                _ => Ok((reading, travelled)),
-            }
+            let is_valid = match travelled.map(of_shaft) {
+                Some(way) => travel.accept(way, limits.greatest_rate_deg_s),
+                None => {
+                    travel.restart();
+                    true
+                }
+            };
+            let valid = is_valid.then_some((reading, travelled));
+            valid.ok_or(Fault::EncoderJump)
         });
         match reading {
             Ok((EncoderReading { count, magnet }, travelled)) => {
-                (self.jumps, self.lost, self.cause) = (0, 0, None);
+                self.lost = self.lost.saturating_sub(1);
                 self.travelled = travelled;
                 Validated {
                     count: Some(count),
@@ -78,10 +80,10 @@ impl EncoderGuard {
                 }
             }
             Err(cause) => {
-                self.jumps = self
-                    .jumps
-                    .saturating_add(u16::from(cause == Fault::EncoderJump));
-                self.lost = self.lost.saturating_add(1);
+                // One more than is tolerated: the first valid ones end the fault.
+                if i32::from(self.lost) <= limits.lost_samples {
+                    self.lost += 1;
+                }
                 self.cause = Some(cause);
                 self.travelled = None;
                 Validated {
@@ -91,19 +93,6 @@ impl EncoderGuard {
                 }
             }
         }
-    }
-
-    /// Counts that the shaft can have travelled since the last valid count.
-    fn reach(&self, limits: &EncoderLimits, shaft: &ShaftTracker) -> i32 {
-        // Counts a period of 1 deg/s, in 2^-16. At most 40,000 deg/s are 1821 counts at 250 Hz:
-        // within 1821 * 2^16 < 2^27.
-        const COUNTS_PER_DEG_S: i32 =
-            ((4096 << 16) as f64 / 360.0 / CONTROL_RATE_HZ as f64 + 0.5) as i32;
-        let per_period = (limits.greatest_rate_deg_s * COUNTS_PER_DEG_S) >> 16;
-        // Rejected jumps do not extend the reach: a jump that persists would soon be within it.
-        let periods = i32::from(shaft.missed().saturating_sub(self.jumps)) + 1;
-        // At most 65,536 periods: below 2^27.
-        (per_period + 1) * periods
     }
 
     /// The present faults of the encoder.
@@ -117,7 +106,7 @@ impl EncoderGuard {
             Fault::MagnetWeak,
             self.weak.update(is_marginal, limits.magnet_weak_ms),
         );
-        let is_still = self.is_still_while_the_motor_turns(limits, c);
+        let is_still = self.is_still_and_takes_no_current(limits, c);
         present.put(
             Fault::EncoderStuck,
             self.stuck.update(is_still, limits.stuck_ms),
@@ -125,7 +114,7 @@ impl EncoderGuard {
         present
     }
 
-    fn is_still_while_the_motor_turns(
+    fn is_still_and_takes_no_current(
         &self,
         limits: &EncoderLimits,
         c: &Conditions<'_>,
@@ -133,13 +122,11 @@ impl EncoderGuard {
         if self.travelled? != 0 {
             return Some(false);
         }
-        // Unknown while the diodes carry a large current: then the motor does pull.
-        let turns = c.measured.back_emf_mv?.abs() >= limits.stuck_back_emf_mv;
         // 5 % to 100 %.
         let hard = Percent::from_bits(i64::from(limits.stuck_duty_pct) << 32);
         let is_driven = c.is_driving && (c.duty >= hard || c.duty <= -hard);
         let pulls = c.measured.current?.mean_ma.abs() >= limits.stuck_current_ma;
-        Some(turns || (is_driven && !pulls))
+        Some(is_driven && !pulls)
     }
 
     /// The loop is closed.
@@ -169,38 +156,15 @@ mod tests {
         tests::{UNMEASURED, driven, smooth},
     };
 
-    /// A shaft whose last valid count was zero, some periods before the last one.
-    fn shaft(missed: u16) -> ShaftTracker {
+    /// A shaft whose last valid count was zero.
+    fn shaft() -> ShaftTracker {
         let mut shaft = ShaftTracker::default();
         let mounting = Mounting {
             zero: EncoderCount::new(0),
             reversed: false,
         };
         shaft.update(mounting, EncoderCount::new(0));
-        shaft.miss(missed);
         shaft
-    }
-
-    #[test]
-    fn a_count_is_a_jump_beyond_the_greatest_rate_and_one_count_of_resolution() {
-        // 5625 deg/s are 256 counts in 4 ms.
-        let limits = EncoderLimits {
-            greatest_rate_deg_s: 5625,
-            ..EncoderLimits::DEFAULT
-        };
-        for (missed, reach) in [(0, 257), (1, 2 * 257), (2, 3 * 257)] {
-            for sign in [1, -1] {
-                let is_valid = |counts: i32| {
-                    let count = EncoderCount::new((sign * counts).rem_euclid(4096) as u16);
-                    let word = EncoderWord::of(count, Magnet::Steady);
-                    let mut guard = EncoderGuard::default();
-                    let validated = guard.validate(&limits, Some(word), &shaft(missed));
-                    validated.count == Some(count)
-                };
-                assert!(is_valid(reach), "{reach}");
-                assert!(!is_valid(reach + 1), "{reach}");
-            }
-        }
     }
 
     #[test]
@@ -216,17 +180,17 @@ mod tests {
             (None, None),
         ] {
             let mut guard = EncoderGuard::default();
-            let validated = guard.validate(&EncoderLimits::DEFAULT, word, &shaft(0));
+            let limits = (&EncoderLimits::DEFAULT, false);
+            let mut travel = TravelGuard::default();
+            let validated = guard.validate(limits, word, &shaft(), &mut travel);
             assert_eq!((validated.count, validated.magnet), (None, magnet));
         }
     }
 
-    /// Whether an encoder that shows no motion is stuck, of a motor with this duty, current and
-    /// back-EMF.
-    fn is_stuck(is_driving: bool, duty_pct: f64, mean_ma: i32, back_emf_mv: i32) -> bool {
+    /// Whether an encoder that shows no motion is stuck, of a motor with this duty and current.
+    fn is_stuck(is_driving: bool, duty_pct: f64, mean_ma: i32) -> bool {
         let measured = Measured {
             current: smooth(mean_ma),
-            back_emf_mv: Some(back_emf_mv),
             ..UNMEASURED
         };
         let conditions = Conditions {
@@ -241,29 +205,19 @@ mod tests {
         let limits = EncoderLimits {
             stuck_duty_pct: 50,
             stuck_current_ma: 100,
-            stuck_back_emf_mv: 800,
             ..EncoderLimits::DEFAULT
         };
-        guard.is_still_while_the_motor_turns(&limits, &conditions) == Some(true)
+        guard.is_still_and_takes_no_current(&limits, &conditions) == Some(true)
     }
 
     #[test]
     fn a_motor_that_is_driven_hard_without_its_current_turns() {
         for sign in [1, -1] {
             let duty_pct = 50.0 * f64::from(sign);
-            assert!(is_stuck(true, duty_pct, 99 * sign, 0));
-            assert!(!is_stuck(true, duty_pct, 100 * sign, 0), "it pulls");
-            assert!(!is_stuck(true, 0.99 * duty_pct, 0, 0), "not driven hard");
-            assert!(!is_stuck(false, duty_pct, 0, 0), "not driven");
-        }
-    }
-
-    #[test]
-    fn a_motor_with_a_back_emf_turns_whether_it_is_driven_or_not() {
-        for sign in [1, -1] {
-            assert!(is_stuck(false, 0.0, 0, 800 * sign));
-            assert!(is_stuck(true, 50.0, 100, 800 * sign));
-            assert!(!is_stuck(false, 0.0, 0, 799 * sign));
+            assert!(is_stuck(true, duty_pct, 99 * sign));
+            assert!(!is_stuck(true, duty_pct, 100 * sign), "it pulls");
+            assert!(!is_stuck(true, 0.99 * duty_pct, 0), "not driven hard");
+            assert!(!is_stuck(false, duty_pct, 0), "not driven");
         }
     }
 }

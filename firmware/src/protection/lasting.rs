@@ -1,30 +1,34 @@
 //! For how long something has lasted.
 
-use crate::timing::CONTROL_PERIOD_MS;
+use crate::timing::periods;
 
-/// Counts control periods in a row in which a condition held.
+/// Counts control periods in which a condition held; one in which it did not makes up for one of
+/// them, so that a condition that comes and goes counts as well.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Lasting(u16);
 
 impl Lasting {
     /// Takes whether the condition holds, `None` where that is not known: then the count stays.
-    /// Returns whether it has held for `time_ms`, one control period at the least.
+    /// Returns whether it has held for `time_ms` longer than not, one control period at the least.
     pub fn update(&mut self, holds: Option<bool>, time_ms: i32) -> bool {
-        match holds {
-            Some(true) => self.0 = self.0.saturating_add(1),
-            Some(false) => self.0 = 0,
-            None => {}
+        // Most conditions do not hold.
+        if self.0 == 0 && holds != Some(true) {
+            return false;
         }
-        // As `count >= periods(time_ms)`, without a division.
-        let exceeds = (i32::from(self.0) + 1) * CONTROL_PERIOD_MS > time_ms;
-        self.0 > 0 && (exceeds || self.0 == u16::MAX)
+        let limit = periods(time_ms);
+        self.0 = match holds {
+            // It ends at its limit: a condition that has held for long ends at once.
+            Some(true) if self.0 < limit => self.0 + 1,
+            Some(false) => self.0 - 1,
+            _ => self.0,
+        };
+        self.0 >= limit
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::timing::periods;
 
     #[test]
     fn what_is_not_known_neither_counts_nor_clears() {
@@ -36,6 +40,18 @@ mod tests {
         assert!(lasting.update(Some(true), 8));
         assert!(lasting.update(None, 8));
         assert!(!lasting.update(Some(false), 8));
+    }
+
+    #[test]
+    fn a_condition_that_holds_for_more_than_half_of_the_time_lasts() {
+        let until = |pattern: [bool; 4]| {
+            let mut lasting = Lasting::default();
+            let mut found = pattern.into_iter().cycle().take(1000);
+            found.position(|holds| lasting.update(Some(holds), 40))
+        };
+        // Ten control periods, of two in four.
+        assert_eq!(until([true, true, true, false]), Some(17));
+        assert_eq!(until([true, true, false, false]), None);
     }
 
     #[test]

@@ -24,12 +24,13 @@ use crate::{
 /// suspected of a motor that takes no current.
 pub const CURRENT_IMPLAUSIBLE_PERIODS: i32 = 60 / CONTROL_PERIOD_MS;
 
-/// Control periods for which the encoder has to turn against the back-EMF: 20 ms.
-pub const MOTOR_POLARITY_PERIODS: i32 = 20 / CONTROL_PERIOD_MS;
+/// Control periods for which the encoder has to turn against the back-EMF: 12 ms, before the
+/// comparison of the travels finds the encoder implausible ([`super::travel`]).
+pub const MOTOR_POLARITY_PERIODS: i32 = 12 / CONTROL_PERIOD_MS;
 
-/// Expected current from which it is compared: a quarter of the stall current of 780 mA, and 60
+/// Expected current from which it is compared: a fifth of the stall current of 780 mA, and 45
 /// times the error of half a code and the table of the ripple.
-const COMPARED_MA: i32 = 200;
+const COMPARED_MA: i32 = 150;
 
 /// For how long current and encoder have been implausible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -67,7 +68,9 @@ fn is_too_small(ripple: &Ripple, c: &Conditions<'_>) -> Option<bool> {
     let current = c.measured.current?;
     let expected_ma = current.stall_ma - ripple.of_back_emf_ma(c.measured.back_emf_mv?);
     let is_compared = c.is_driving && expected_ma.abs() >= COMPARED_MA;
-    Some(is_compared && 3 * current.mean_ma.abs() < expected_ma.abs())
+    // In its direction: the mean of a sample of zero is against it, as the current pulses.
+    let mean_ma = current.mean_ma * expected_ma.signum();
+    Some(is_compared && 3 * mean_ma < expected_ma.abs())
 }
 
 fn turns_against_back_emf(limits: &EncoderLimits, c: &Conditions<'_>) -> Option<bool> {

@@ -26,7 +26,11 @@ impl StallGuard {
             pulls && self.stands(limits, c.angle)
         });
         if stalls == Some(false) {
-            self.place = c.angle;
+            // A slow shaft stands within the way for most of the time.
+            *self = Self {
+                place: c.angle,
+                ..Self::default()
+            };
         }
         self.lasting.update(stalls, limits.stall_ms)
     }

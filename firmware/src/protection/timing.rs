@@ -11,12 +11,17 @@ use crate::{
 /// Good control periods that make up for a missed one: a second of them.
 const GOOD_PERIODS: u16 = CONTROL_RATE_HZ as u16;
 
+/// Time without a back-EMF of a driven motor. The current of a reversal is above 1.3 A, where a
+/// diode still conducts at the scan, for 20 ms (`docs/hardware.md`).
+const BLIND_MS: i32 = 100;
+
 /// What was missed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct TimingGuard {
     missed: u16,
     good: u16,
     unmeasured: Lasting,
+    blind: Lasting,
 }
 
 impl TimingGuard {
@@ -30,7 +35,10 @@ impl TimingGuard {
         let is_lost = self
             .unmeasured
             .update(Some(is_missing), limits.measurement_ms);
-        present.put(Fault::MeasurementLost, is_lost);
+        // A diode hides the back-EMF for some control periods of a reversal.
+        let is_blind = c.is_driving && c.measured.back_emf_mv.is_none();
+        let is_blind = self.blind.update(Some(is_blind), BLIND_MS);
+        present.put(Fault::MeasurementLost, is_lost || is_blind);
         present
     }
 

@@ -85,6 +85,11 @@ impl Coefficients {
         self.mounting == other.mounting
     }
 
+    /// Whether the encoder counts against the shaft's direction.
+    pub fn is_reversed(&self) -> bool {
+        self.mounting.reversed
+    }
+
     /// The command limited to the position limits.
     ///
     /// ```

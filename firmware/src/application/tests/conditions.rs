@@ -32,7 +32,7 @@ fn an_offset_that_stays_is_a_jump_however_small_beyond_the_reach() {
 #[test]
 fn a_count_that_flickers_hides_no_stall() {
     let mut board = TestBoard::enabled();
-    board.application.ripple = smooth();
+    board.application.motor.ripple = smooth();
     let mut periods = 0;
     while board.outputs.fault.is_none() && periods < 200 {
         periods += 1;
@@ -60,7 +60,7 @@ fn a_motor_that_is_not_connected_takes_no_current() {
 fn overload_comes_after_its_time_at_twice_the_current_and_never_at_the_continuous_one() {
     let periods_at = |current_ma| {
         let mut board = TestBoard::turning();
-        board.application.ripple = smooth();
+        board.application.motor.ripple = smooth();
         (1..5000).find(|_| {
             let outputs = board.step_with(|samples| samples.current = Some(current(current_ma)));
             outputs.fault == Some(Fault::Overload)

@@ -41,6 +41,10 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
                     .wrapping_add(317u16.wrapping_mul(since as u16)),
             ))
         }
+        // Two counts a control period, 44 deg/s, of a motor at rest.
+        Fault::EncoderImplausible => {
+            *samples = Samples::at_rest(word(2u16.wrapping_mul(since as u16)));
+        }
         Fault::OverCurrent => samples.current = Some(current(-1640)),
         Fault::Overload => samples.current = Some(current(1010)),
         Fault::BridgeTripped => samples.bridge_tripped = true,
@@ -78,7 +82,8 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
 fn prepared(fault: Fault) -> TestBoard {
     let mut board = match fault {
         // At rest it would be a stall.
-        Fault::Overload | Fault::MotorPolarity => TestBoard::turning(),
+        Fault::Overload => TestBoard::turning(),
+        Fault::MotorPolarity => TestBoard::turning_at(90.0),
         _ => TestBoard::enabled(),
     };
     match fault {
@@ -86,14 +91,14 @@ fn prepared(fault: Fault) -> TestBoard {
             board.command = None;
         }
         Fault::FollowingError => {
-            board.application.ripple = smooth();
+            board.application.motor.ripple = smooth();
             board.command = Some(angle(30.0));
         }
         Fault::CurrentImplausible => board.command = Some(angle(9.0)),
-        Fault::Overload => board.application.ripple = smooth(),
+        Fault::Overload => board.application.motor.ripple = smooth(),
         // The controller pulls, within the window of the following error.
         Fault::Stall => {
-            board.application.ripple = smooth();
+            board.application.motor.ripple = smooth();
             board.command = Some(angle(5.0));
         }
         _ => {}

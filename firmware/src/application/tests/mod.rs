@@ -26,7 +26,10 @@ use model_core::{
 };
 
 use super::*;
-use crate::{measure::Ripple, parameters::ModelSettings};
+use crate::{
+    measure::{MotorConstants, Ripple},
+    parameters::ModelSettings,
+};
 
 /// A motor that turns as far as it likes.
 fn without_stop() -> FirstOrderParameters {
@@ -55,6 +58,14 @@ fn scan(samples: &mut Samples) -> &mut Scan {
     samples.scan.as_mut().expect("scanned")
 }
 
+/// The legs of a motor that turns at this rate, deg/s.
+fn turn(samples: &mut Samples, rate_deg_s: f64) {
+    let back_emf_v = rate_deg_s * BACK_EMF_V_S_DEG;
+    let scan = scan(samples);
+    scan.leg_a = leg_code((5.998 + back_emf_v) / 2.0);
+    scan.leg_b = leg_code((5.998 - back_emf_v) / 2.0);
+}
+
 /// A motor with its encoder.
 pub(crate) struct Motor {
     plant: FirstOrder,
@@ -77,16 +88,13 @@ impl Motor {
     pub fn samples(&mut self) -> Samples {
         let state = self.plant.at(20);
         let mut samples = Samples::at_rest(self.encoder.word(state.angle_deg));
+        turn(&mut samples, state.rate_deg_s);
         let back_emf_v = state.rate_deg_s * BACK_EMF_V_S_DEG;
         let mean_a = (self.duty_pct / 100.0 * 5.998 - back_emf_v) / 7.7;
         // The sample in the on time, from the mean by the ripple of a sample of 0.
         let of_zero = Ripple::of(7.7, 1e-3).over_period(0, self.compare, 5998);
         let sampled_a = mean_a - f64::from(of_zero.mean_ma) / 1000.0;
         samples.current = Some(AdcCode::from_pin_v(1.65 + 0.5 * sampled_a));
-        if let Some(scan) = &mut samples.scan {
-            scan.leg_a = leg_code((5.998 + back_emf_v) / 2.0);
-            scan.leg_b = leg_code((5.998 - back_emf_v) / 2.0);
-        }
         samples
     }
 
@@ -113,7 +121,7 @@ impl Motor {
 pub(crate) struct Configured {
     application: Application,
     pub parameters: BoardParameters,
-    pub ripple: Ripple,
+    pub motor: MotorConstants,
 }
 
 impl Configured {
@@ -124,18 +132,17 @@ impl Configured {
 
     /// After a reset of any kind, with the motor of the default model.
     pub fn after(parameters: BoardParameters, start: Start) -> Self {
-        let motor = ModelSettings::DEFAULT;
         Self {
             application: Application::new(&parameters, start),
             parameters,
-            ripple: Ripple::of(motor.resistance_ohm, motor.inductance_h),
+            motor: MotorConstants::of(&ModelSettings::DEFAULT),
         }
     }
 
     pub fn control_period(&mut self, samples: &Samples) -> Outputs {
         let settings = Settings {
             board: &self.parameters,
-            ripple: &self.ripple,
+            motor: &self.motor,
         };
         *self.application.control_period(settings, samples)
     }
@@ -204,6 +211,17 @@ impl TestBoard {
         board.steps(300);
         // 283.6 deg/s, and a count is 22 deg/s.
         assert!(board.outputs.telemetry.rate > rate(270.0));
+        board
+    }
+
+    /// A board at a commanded rate, deg/s.
+    pub fn turning_at(rate_deg_s: f64) -> Self {
+        let mut board = Self::enabled();
+        board.command = None;
+        for _ in 0..250 {
+            board.request(Request::Command(rate(rate_deg_s).into()));
+            board.step();
+        }
         board
     }
 

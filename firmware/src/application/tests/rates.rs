@@ -18,7 +18,7 @@ fn with_gains(control: ControlParameters) -> BoardParameters {
 fn enabled(parameters: BoardParameters) -> Configured {
     // The samples show no current.
     let mut application = Configured::new(parameters);
-    application.ripple = smooth();
+    application.motor.ripple = smooth();
     application.control_period(&Samples::at_rest(word(1000)));
     application.request(Request::Enable).unwrap();
     application
@@ -91,9 +91,9 @@ fn a_rate_grows_stale_as_an_angle_does() {
     assert_eq!(stale, Some(26));
 }
 
-/// A shaft at 8 counts a period, and then a step after missed periods in which it turns by
-/// `counts` a period: telemetry before and after it.
-fn after_missed_periods(missed: u8, counts: u16) -> (Telemetry, Telemetry) {
+/// A shaft at 8 counts a period, and then a step after missed periods in which it turns as fast,
+/// and this number of counts further: telemetry before and after it.
+fn after_missed_periods(missed: u8, further: u16) -> (Telemetry, Telemetry) {
     // The estimate is the raw rate.
     let mut parameters = with_gains(ControlParameters {
         rate_filter: 1.0,
@@ -103,15 +103,20 @@ fn after_missed_periods(missed: u8, counts: u16) -> (Telemetry, Telemetry) {
     // 8 counts a period are 175.78 deg/s, 12 are 263.67 deg/s.
     parameters.encoder.greatest_rate_deg_s = 200;
     let mut application = Configured::new(parameters);
+    let turning = |count| {
+        let mut samples = Samples::at_rest(word(count));
+        turn(&mut samples, 175.78);
+        samples
+    };
     let mut count = 1000;
     for _ in 0..10 {
         count += 8;
-        application.control_period(&Samples::at_rest(word(count)));
+        application.control_period(&turning(count));
     }
     let before = *application.telemetry();
     let samples = Samples {
         missed_periods: missed,
-        ..Samples::at_rest(word(count + counts * (u16::from(missed) + 1)))
+        ..turning(count + 8 * (u16::from(missed) + 1) + further)
     };
     (before, application.control_period(&samples).telemetry)
 }
@@ -120,7 +125,7 @@ fn after_missed_periods(missed: u8, counts: u16) -> (Telemetry, Telemetry) {
 fn protection_and_estimate_agree_after_any_number_of_missed_periods() {
     // Within half a turn: 8 counts a period are 2008 counts after 250 missed ones.
     for missed in [0, 1, 8, 9, 50, 250] {
-        let (before, after) = after_missed_periods(missed, 8);
+        let (before, after) = after_missed_periods(missed, 0);
         // The protection accepts the count, and the estimate divides by all periods.
         assert_eq!(before.rate.to_f64(), 8.0 * 11_250.0 / 512.0);
         assert_eq!(after.rate, before.rate, "{missed} missed");
@@ -131,7 +136,9 @@ fn protection_and_estimate_agree_after_any_number_of_missed_periods() {
         );
     }
     for missed in [0, 1, 8, 9, 50] {
-        let (before, after) = after_missed_periods(missed, 12);
+        // Beyond 1.5 deg, 45 % of the way, and the offset of the back-EMF.
+        let further = 18 + 4 * (u16::from(missed) + 1);
+        let (before, after) = after_missed_periods(missed, further);
         // The protection rejects the count, and the estimate does not see it.
         assert_eq!((after.rate, after.angle), (before.rate, before.angle));
     }

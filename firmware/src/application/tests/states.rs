@@ -233,11 +233,11 @@ fn a_shaft_that_is_turned_away_from_where_a_quick_stop_holds_it_is_driven_back()
     let mut board = TestBoard::enabled_with(parameters);
     board.request(Request::QuickStop);
     board.steps(10);
-    // 20 counts are 1.76 deg, and the position gain is 8/s.
+    // 16 counts are 1.41 deg, and the position gain is 8/s.
     for _ in 0..3 {
-        board.step_with(|samples| samples.encoder = Some(word(20)));
+        board.step_with(|samples| samples.encoder = Some(word(16)));
         let command = board.outputs.telemetry.rate_command;
-        assert!((command + rate(14.06)).abs() < rate(0.01), "{command}");
+        assert!((command + rate(11.25)).abs() < rate(0.01), "{command}");
     }
     assert_eq!(board.outputs.state, BoardState::QuickStop);
 }
@@ -255,7 +255,12 @@ fn other_gains_while_the_loop_is_closed_do_not_move_the_duty() {
     };
     let (mut kept, mut retuned) = (TestBoard::enabled(), TestBoard::enabled());
     // A shaft that is held, so that what is measured is the same in both periods.
-    let held = |board: &mut TestBoard| board.step_with(|samples| samples.encoder = Some(word(20)));
+    let held = |board: &mut TestBoard| {
+        board.step_with(|samples| {
+            samples.encoder = Some(word(16));
+            turn(samples, 0.0);
+        })
+    };
     for board in [&mut kept, &mut retuned] {
         board.command = Some(angle(5.0));
         for _ in 0..20 {

@@ -1,0 +1,54 @@
+//! What the protections know of the motor: object 2011h as constants of a control period.
+
+use super::Ripple;
+use crate::parameters::ModelSettings;
+
+/// Degrees per radian.
+const DEG: f32 = 180.0 / core::f32::consts::PI;
+
+/// 1 in 2^-8.
+const ONE: f32 = 256.0;
+
+/// Winding and gears of the motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct MotorConstants {
+    /// The ripple of its current.
+    pub ripple: Ripple,
+    /// Rate of the shaft per back-EMF, mdeg/s per mV, in 2^-8.
+    rate_per_mv: i32,
+}
+
+impl MotorConstants {
+    /// Greatest rate per back-EMF, mdeg/s per mV in 2^-8: times 16.5 V, the greatest voltage of a
+    /// leg, it is below 2^31. A motor of less than 2 mV per deg/s turns faster than is expected of
+    /// it.
+    const GREATEST: f32 = 130_000.0;
+
+    /// Those of a motor.
+    ///
+    /// ```
+    /// use firmware::{measure::MotorConstants, parameters::ModelSettings};
+    ///
+    /// // 0.00362 N m/A and gears of 320 are 1.158 V per rad/s, 20.2 mV per deg/s.
+    /// let motor = MotorConstants::of(&ModelSettings::DEFAULT);
+    /// assert_eq!(motor.rate_mdeg_s(5730), 283_400 - 62);
+    /// ```
+    pub fn of(model: &ModelSettings) -> Self {
+        let v_s_rad = model.torque_constant_nm_a * model.gear_ratio;
+        // 1 mV is so many mdeg/s as 1 V is deg/s.
+        let rate_per_mv = ONE * DEG / v_s_rad;
+        Self {
+            ripple: Ripple::of(model.resistance_ohm, model.inductance_h),
+            rate_per_mv: if rate_per_mv > Self::GREATEST {
+                Self::GREATEST as i32
+            } else {
+                rate_per_mv as i32
+            },
+        }
+    }
+
+    /// Rate of the shaft with this back-EMF, mdeg/s.
+    pub const fn rate_mdeg_s(&self, back_emf_mv: i32) -> i32 {
+        (back_emf_mv * self.rate_per_mv) >> 8
+    }
+}

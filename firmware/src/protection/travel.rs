@@ -1,0 +1,301 @@
+//! The encoder's travel against the motor's, by the back-EMF.
+//!
+//! The motor is rigidly geared to the encoder's magnet. A magnet that slips, an encoder that drifts,
+//! repeats its word or counts too little differ from the motor:
+//!
+//! ```text
+//! expected = sum of (rate of this back-EMF + rate of the one before)/2 T
+//! residual = travelled - expected
+//! above    = max(0, above + residual - allowance)         below likewise with -residual
+//! ```
+//!
+//! What a sound drive contributes to the residual, at the shaft:
+//!
+//! | cause | deg | how it is allowed for |
+//! |---|---|---|
+//! | constant of the back-EMF 30 % too low (`1/0.7 - 1`) | 43 % of the travel too far | [`AHEAD_PCT`] of the expected travel |
+//! | the same 30 % too high (`1 - 1/1.3`) | 23 % of the travel too little | [`BEHIND_PCT`] of the expected travel |
+//! | offset of the legs: resistors of 1 % are 80 mV at 6 V | 4 deg/s | learned at rest; [`OFFSET_MDEG_S`], or [`UNKNOWN_OFFSET_MDEG_S`] before |
+//! | encoder: two counts of resolution and noise, 384 us of delay at 280 deg/s | 0.3 | does not add up |
+//! | play of the gears | 1 | does not add up |
+//! | a stop within a period from 280 deg/s: half of its travel | 0.6 | does not add up |
+//!
+//! The last three are within 1.9 deg together: [`LIMIT_MDEG`]. A single count that is further off
+//! than [`WINDOW_MDEG`] is rejected, and does not move the shaft. A drift of `d` above the allowance
+//! `a` is detected after `LIMIT/(d - a)`.
+
+use model_core::time::CONTROL_RATE_HZ;
+
+use crate::{
+    faults::{Fault, FaultSet},
+    measure::MotorConstants,
+    timing::periods,
+};
+
+/// Distances are in mdeg times the control rate: a rate of 1 mdeg/s adds 1 in a control period.
+const MDEG: i32 = CONTROL_RATE_HZ as i32;
+
+/// A count in mdeg times the control rate.
+const COUNT: i32 = (360_000.0 / 4096.0 * CONTROL_RATE_HZ as f64 + 0.5) as i32;
+
+/// Share of the expected travel by which the encoder may be further than the motor.
+const AHEAD_PCT: i32 = 45;
+
+/// Share of the expected travel by which it may be less far.
+const BEHIND_PCT: i32 = 25;
+
+/// Sum of the residual at which the encoder is implausible.
+const LIMIT_MDEG: i32 = 2_000;
+
+/// Residual of a single count that is accepted.
+const WINDOW_MDEG: i32 = 1_500;
+
+/// Rate by which motor and encoder may differ at rest: 20 mV, eight codes of a leg, of noise and of
+/// the supply's influence on the learned offset.
+const OFFSET_MDEG_S: i32 = 1_000;
+
+/// The same before the offset is learned.
+const UNKNOWN_OFFSET_MDEG_S: i32 = 5_000;
+
+/// Time for which the encoder has to rest, with the bridge off, before the offset is learned, ms: two
+/// counts in it are 2.9 deg/s.
+const RESTING_MS: i32 = 60;
+
+/// Counts within which it rests: noise.
+const RESTING_COUNTS: i32 = 2;
+
+/// Greatest rate that is expected, mdeg/s: 2,097 deg/s.
+const END: i32 = 1 << 21;
+
+/// Control periods without a valid count, or without a back-EMF, that are counted.
+const MOST_PERIODS: i32 = 48;
+
+/// Greatest offset that is learned, mV.
+const GREATEST_OFFSET_MV: i32 = 100;
+
+/// Control periods of which the offset is a mean.
+const LEARNED: u8 = 8;
+
+/// Control periods after which a drift of 20 deg/s is detected.
+pub const AT_20_DEG_S_PERIODS: i32 = LIMIT_MDEG * MDEG / (20_000 - OFFSET_MDEG_S) + 1;
+
+/// Control periods without a count of travel after which an implausible encoder is stuck.
+const STILL: u8 = 3;
+
+/// The state of the comparison.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct TravelGuard {
+    /// Rate of the motor at the last back-EMF, mdeg/s.
+    rate: Option<i32>,
+    /// Travel of the motor since the last valid count, mdeg times the control rate.
+    expected: i32,
+    /// Control periods since then, and those of them whose travel is not known.
+    periods: i32,
+    unknown: i32,
+    above: i32,
+    below: i32,
+    /// Control periods since the encoder has turned.
+    still: u8,
+    /// Control periods for which the encoder has rested within a count, and its way since then.
+    resting: u8,
+    way: i32,
+    /// Offset of the back-EMF, mV in 2^-4, and how often it was learned.
+    offset: i32,
+    learned: u8,
+}
+
+impl TravelGuard {
+    /// A control period, after so many that did not run, in the direction of the shaft.
+    pub fn advance(&mut self, motor: &MotorConstants, back_emf_mv: Option<i32>, missed: u8) {
+        let rate = back_emf_mv.map(|mv| within(motor.rate_mdeg_s(mv - (self.offset >> 4)), END));
+        let periods = i32::from(missed) + 1;
+        match rate.zip(self.rate) {
+            // Half of twice 2^21 for 2^8 periods, and 2^29 before.
+            Some((now, before)) => {
+                let travel = (now + before) / 2 * periods;
+                self.expected = within(self.expected + travel, END << 8);
+            }
+            None => self.unknown = MOST_PERIODS.min(self.unknown + periods),
+        }
+        self.periods = MOST_PERIODS.min(self.periods + periods);
+        self.rate = rate;
+    }
+
+    /// Takes a count this far from the last valid one, unless the motor has not turned the encoder
+    /// there; returns whether it is valid. Where the motor's travel is not known, it is at most that
+    /// of `greatest_rate_deg_s`.
+    pub fn accept(&mut self, travelled: i32, greatest_rate_deg_s: i32) -> bool {
+        // Within half a turn: 2^26.
+        let residual = travelled * COUNT - self.expected;
+        let allowance = self.allowance(residual);
+        // At most 40,000 deg/s: 2^31 for 53 periods.
+        let blind = greatest_rate_deg_s * 1000 * self.unknown;
+        if residual.abs() > WINDOW_MDEG * MDEG + allowance + blind {
+            return false;
+        }
+        // A travel that is not known says nothing.
+        if self.unknown == 0 {
+            self.above = next(self.above, residual - allowance);
+            self.below = next(self.below, -residual - allowance);
+            self.still = match travelled {
+                0 => self.still.saturating_add(1),
+                _ => 0,
+            };
+        }
+        (self.expected, self.periods, self.unknown) = (0, 0, 0);
+        true
+    }
+
+    /// The position is not known: the next count is the first one.
+    pub fn restart(&mut self) {
+        *self = Self {
+            rate: self.rate,
+            offset: self.offset,
+            learned: self.learned,
+            ..Self::default()
+        };
+    }
+
+    /// Learns the offset of the back-EMF while the bridge is off and the encoder rests.
+    pub fn learn(&mut self, is_driving: bool, travelled: Option<i32>, back_emf_mv: Option<i32>) {
+        let way = travelled.map_or(i32::MAX, |counts| self.way + counts);
+        if is_driving || within(way, RESTING_COUNTS) != way {
+            (self.resting, self.way) = (0, 0);
+            return;
+        }
+        self.way = way;
+        self.resting = self.resting.saturating_add(1);
+        let Some(mv) = back_emf_mv.filter(|_| u16::from(self.resting) >= periods(RESTING_MS))
+        else {
+            return;
+        };
+        let offset = within(mv, GREATEST_OFFSET_MV) << 4;
+        // The first one, then an eighth of the difference each time.
+        self.offset = match self.learned {
+            0 => offset,
+            _ => self.offset + ((offset - self.offset) >> 3),
+        };
+        self.learned = self.learned.saturating_add(1);
+    }
+
+    /// The fault of an encoder that differs from the motor.
+    pub fn check(&self) -> FaultSet {
+        let mut present = FaultSet::EMPTY;
+        let is_implausible = self.above >= LIMIT_MDEG * MDEG || self.below >= LIMIT_MDEG * MDEG;
+        let is_still = self.still >= STILL;
+        present.put(Fault::EncoderStuck, is_implausible && is_still);
+        present.put(Fault::EncoderImplausible, is_implausible && !is_still);
+        present
+    }
+
+    /// What a sound drive may contribute to a residual.
+    fn allowance(&self, residual: i32) -> i32 {
+        let offset = if self.learned >= LEARNED {
+            OFFSET_MDEG_S
+        } else {
+            UNKNOWN_OFFSET_MDEG_S
+        };
+        let is_ahead = (residual > 0) == (self.expected > 0);
+        let tolerance_pct = if is_ahead { AHEAD_PCT } else { BEHIND_PCT };
+        // Below 2^29.
+        self.expected.abs() / 100 * tolerance_pct + offset * self.periods
+    }
+}
+
+/// The next value of a sum. It ends at twice its limit, so that it falls again in time.
+fn next(sum: i32, excess: i32) -> i32 {
+    (sum + excess).clamp(0, 2 * LIMIT_MDEG * MDEG)
+}
+
+/// A value limited to a magnitude.
+fn within(value: i32, end: i32) -> i32 {
+    value.max(-end).min(end)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::parameters::ModelSettings;
+
+    const PERIODS_PER_S: f64 = CONTROL_RATE_HZ as f64;
+
+    /// Seconds until it is implausible that the encoder turns at the one rate and the motor at the
+    /// other, deg/s, at most 20 s; the back-EMF has this offset, mV, before and after the start.
+    fn detected_s(encoder_deg_s: f64, motor_deg_s: f64, offset_mv: f64) -> Option<f64> {
+        let motor = MotorConstants::of(&ModelSettings::DEFAULT);
+        let mut guard = TravelGuard::default();
+        for _ in 0..100 {
+            let back_emf_mv = Some(offset_mv as i32);
+            guard.advance(&motor, back_emf_mv, 0);
+            guard.accept(0, 700);
+            guard.learn(false, Some(0), back_emf_mv);
+        }
+        let mut last = 0;
+        for period in 1..=(20.0 * PERIODS_PER_S) as i32 {
+            let seconds = f64::from(period) / PERIODS_PER_S;
+            let counts = (encoder_deg_s * seconds * 4096.0 / 360.0).round() as i32;
+            let back_emf_mv = (motor_deg_s * 20.218 + offset_mv).round() as i32;
+            guard.advance(&motor, Some(back_emf_mv), 0);
+            guard.accept(counts - last, 700);
+            last = counts;
+            if !guard.check().is_empty() {
+                return Some(seconds);
+            }
+        }
+        None
+    }
+
+    #[test]
+    fn a_drift_is_detected_after_the_limit_over_what_exceeds_the_allowance() {
+        for sign in [1.0, -1.0] {
+            for drift in [2.0, 5.0, 20.0, 100.0] {
+                // The motor stands, or the loop turns it against the drift.
+                for offset_mv in [0.0, 80.0, -80.0] {
+                    let found = detected_s(sign * drift, 0.0, offset_mv).expect("detected");
+                    let expected = 2.0 / (drift - 1.0);
+                    // A period, a count of the encoder at its edge, and the rounding of the offset
+                    // to a mV, 0.05 deg/s.
+                    let tolerance = 0.004 + (0.088 + 0.05 * expected) / (drift - 1.0);
+                    assert!((found - expected).abs() <= tolerance, "{drift}: {found}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_constant_of_the_back_emf_within_30_percent_is_plausible_at_every_rate() {
+        for rate in [-350.0, -40.0, 1.0, 40.0, 350.0] {
+            for constant in [0.7, 1.0, 1.3] {
+                assert_eq!(
+                    detected_s(rate, rate * constant, 0.0),
+                    None,
+                    "{rate}, {constant}"
+                );
+            }
+        }
+        // Half of the travel is missing.
+        assert!(detected_s(50.0, 100.0, 0.0).is_some());
+    }
+
+    #[test]
+    fn a_single_count_is_rejected_beyond_the_window_and_while_the_motor_is_blind_beyond_its_rate() {
+        let motor = MotorConstants::of(&ModelSettings::DEFAULT);
+        let is_valid = |travelled, back_emf: &[Option<i32>]| {
+            let mut guard = TravelGuard::default();
+            guard.advance(&motor, Some(0), 0);
+            guard.accept(0, 700);
+            for mv in back_emf {
+                guard.advance(&motor, *mv, 0);
+            }
+            guard.accept(travelled, 700)
+        };
+        for sign in [1, -1] {
+            // 1.5 deg and 5 deg/s for a period are 17.3 counts.
+            assert!(is_valid(17 * sign, &[Some(0)]));
+            assert!(!is_valid(18 * sign, &[Some(0)]));
+            // 700 deg/s for a period are 31.9 counts more.
+            assert!(is_valid(49 * sign, &[Some(0), None]));
+            assert!(!is_valid(50 * sign, &[Some(0), None]));
+        }
+    }
+}
