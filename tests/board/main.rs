@@ -9,6 +9,7 @@ mod bus;
 mod chain;
 mod disturbed;
 mod drivers;
+mod encoder_against_motor;
 mod fault_places;
 mod faults;
 mod gaps;
