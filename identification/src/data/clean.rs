@@ -102,6 +102,12 @@ impl Cleaning<'_> {
                 let text =
                     format!("column `{column}` is a length: mm stand for deg in all results");
                 self.note(self.table.header_line, text);
+            } else if located.is_counts {
+                let text = format!(
+                    "column `{column}` has no unit and whole numbers: counts of 4096 a turn are \
+                     assumed; --column {name}={column}:UNIT sets another"
+                );
+                self.note(self.table.header_line, text);
             } else if located.factor.is_none() && !self.table.radians {
                 let text = format!(
                     "column `{column}` has no unit, deg is assumed; --column {name}={column}:UNIT \

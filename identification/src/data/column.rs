@@ -161,7 +161,12 @@ pub struct LocatedColumn {
     pub factor: Option<f64>,
     /// Whether the unit is a length.
     pub is_length: bool,
+    /// Whether the unit is that of an encoder, by the values.
+    pub is_counts: bool,
 }
+
+/// Counts of a turn of the encoders of smart servos.
+const COUNTS: f64 = 4096.0;
 
 impl Columns {
     /// Finds all quantities in a table, which may lack some.
@@ -174,7 +179,7 @@ impl Columns {
         table: &Table,
         may_lack: impl Fn(Quantity) -> bool,
     ) -> Result<Vec<LocatedColumn>, ImportError> {
-        let mut columns = Vec::new();
+        let (mut columns, mut lacking) = (Vec::new(), Vec::new());
         for quantity in Quantity::ALL {
             let found = match self.selected.iter().rev().find(|c| c.quantity == quantity) {
                 Some(selection) => Some(selected(table, selection)?),
@@ -183,16 +188,25 @@ impl Columns {
             match found {
                 Some(column) => columns.push(column),
                 None if may_lack(quantity) => {}
-                None => return Err(missing(table, quantity)),
+                None => lacking.push(quantity),
             }
+        }
+        if !lacking.is_empty() {
+            return Err(missing(table, &lacking));
         }
         // Command and angle have the same unit.
         let known = columns
             .iter()
             .find(|c| c.quantity.is_angle() && c.factor.is_some());
         let shared = known.and_then(|column| column.factor);
+        let mut angles = columns.iter().filter(|c| c.quantity.is_angle());
+        let is_counts = shared.is_none()
+            && !table.radians
+            && angles.all(|column| are_counts(&table.columns[column.index]));
+        let shared = shared.or(is_counts.then_some(360.0 / COUNTS));
         for column in columns.iter_mut().filter(|c| c.quantity.is_angle()) {
             column.factor = column.factor.or(shared);
+            column.is_counts = is_counts;
         }
         Ok(columns)
     }
@@ -220,6 +234,13 @@ impl Columns {
             }
         }
     }
+}
+
+/// Whether these are whole numbers within a turn of an encoder, and beyond one in degrees.
+fn are_counts(column: &[f64]) -> bool {
+    let is_count = |value: &f64| value.fract() == 0.0 && (0.0..COUNTS).contains(value);
+    let mut numbers = column.iter().filter(|value| !value.is_nan());
+    numbers.clone().any(|value| *value > 360.0) && numbers.all(is_count)
 }
 
 /// The assigned column.
@@ -271,18 +292,24 @@ fn located(table: &Table, quantity: Quantity, index: usize) -> LocatedColumn {
         index,
         factor,
         is_length: quantity.is_angle() && factor.is_some() && unit::is_length(text),
+        is_counts: false,
     }
 }
 
-fn missing(table: &Table, quantity: Quantity) -> ImportError {
-    let (columns, name) = (table.described(), quantity.name());
-    let without_time = match quantity {
-        Quantity::Time => ", or --rate HZ for samples at equal intervals",
-        _ => "",
+fn missing(table: &Table, lacking: &[Quantity]) -> ImportError {
+    let names: Vec<&str> = lacking.iter().map(|quantity| quantity.name()).collect();
+    let options = names
+        .iter()
+        .map(|name| format!("--column {name}=COLUMN:UNIT"));
+    let options = options.collect::<Vec<_>>().join(" ");
+    let without_time = match lacking.contains(&Quantity::Time) {
+        true => "; --rate HZ in place of a time for samples at equal intervals",
+        false => "",
     };
     let problem = format!(
-        "no column is known to be the {name}: {columns}, expected --column {name}=COLUMN:UNIT\
-         {without_time}"
+        "no column is known to be the {}: {}, expected {options}{without_time}",
+        names.join(", nor the "),
+        table.described()
     );
     table.problem(table.header_line, problem)
 }

@@ -15,6 +15,10 @@ fn usual_names(quantity: Quantity) -> &'static [&'static str] {
             "header_stamp",
             "time_since_start",
             "elapsed",
+            "zeit",
+            "micros",
+            "millis",
+            "x_value",
             "frame_timestamp",
         ],
         Quantity::Command => &[
@@ -33,6 +37,8 @@ fn usual_names(quantity: Quantity) -> &'static [&'static str] {
             "input",
             "u",
             "demand",
+            "soll",
+            "sollwert",
             "desired",
             "input_pos",
             "pos_setpoint",
@@ -62,6 +68,8 @@ fn usual_names(quantity: Quantity) -> &'static [&'static str] {
             "output",
             "y",
             "actual",
+            "ist",
+            "istwert",
             "present_position",
             "actual_position",
             "position_actual",
@@ -112,7 +120,10 @@ fn usual_names(quantity: Quantity) -> &'static [&'static str] {
 }
 
 /// Names with a unit that their programs always use.
-const USUAL_UNITS: [(&str, &str); 10] = [
+const USUAL_UNITS: [(&str, &str); 12] = [
+    // Arduino.
+    ("micros", "us"),
+    ("millis", "ms"),
     // ODrive.
     ("pos_estimate", "turn"),
     ("input_pos", "turn"),
@@ -142,30 +153,36 @@ fn ends_with(name: &str, usual: &str) -> bool {
     before.is_some_and(|before| before.is_empty() || before.ends_with(['/', '.']))
 }
 
-/// The index of the column with a usual name of a quantity: the whole name, or else the last or the
-/// first part of a path such as `/joint_states/position`.
+/// The index of the column with a usual name of a quantity: the whole name, or else the last, the
+/// first or any part of a path such as `/joint_states/position`.
 ///
 /// # Errors
 /// The indices of two columns that may both be it.
 pub fn find(quantity: Quantity, names: &[String]) -> Result<Option<usize>, [usize; 2]> {
-    let names = names.iter().map(|name| unit::split(quantity, name).0);
-    let names: Vec<String> = names
-        .map(|name| name.trim_matches(['/', '.', '_']).to_owned())
-        .collect();
-    let parts: [fn(&str) -> String; 3] = [
-        |name| name.replace(['/', '.'], "_"),
-        |name| {
-            name.rsplit(['/', '.'])
-                .next()
-                .unwrap_or_default()
-                .to_owned()
-        },
-        |name| name.split(['/', '.']).next().unwrap_or_default().to_owned(),
+    let paths = names.iter().map(|name| {
+        let (name, _) = unit::split(quantity, name);
+        let parts = name.split(['/', '.']).filter(|part| !part.is_empty());
+        parts
+            .map(|part| part.trim_matches('_').to_owned())
+            .collect()
+    });
+    let paths: Vec<Vec<String>> = paths.collect();
+    let is_part: [fn(&[String], &str) -> bool; 4] = [
+        |parts, usual| parts.join("_") == usual,
+        |parts, usual| parts.last().is_some_and(|part| part == usual),
+        |parts, usual| parts.first().is_some_and(|part| part == usual),
+        |parts, usual| parts.iter().any(|part| part == usual),
     ];
-    for part in parts {
-        let parts: Vec<String> = names.iter().map(|name| part(name)).collect();
+    // `/command/position` is no measured position.
+    let commands = usual_names(Quantity::Command);
+    let is_command = |parts: &[String]| {
+        parts.len() > 1 && parts.iter().any(|part| commands.contains(&part.as_str()))
+    };
+    let may_be = |parts: &[String]| quantity != Quantity::Angle || !is_command(parts);
+    for is_it in is_part {
         for usual in usual_names(quantity) {
-            let mut found = (0..parts.len()).filter(|&i| parts[i] == *usual);
+            let matches = |i: &usize| may_be(&paths[*i]) && is_it(&paths[*i], usual);
+            let mut found = (0..paths.len()).filter(matches);
             match (found.next(), found.next()) {
                 (None, _) => {}
                 (Some(index), None) => return Ok(Some(index)),

@@ -105,8 +105,9 @@ fn a_file_without_header_names_its_columns_by_number() {
     let error = read("0,1,2\n1,3,4\n").expect_err("ambiguous");
     assert_eq!(
         error,
-        "run.csv:1: no column is known to be the time: the columns are `1`, `2`, `3`, expected \
-         --column time=COLUMN:UNIT, or --rate HZ for samples at equal intervals"
+        "run.csv:1: no column is known to be the time, nor the command, nor the angle: the columns \
+         are `1`, `2`, `3`, expected --column time=COLUMN:UNIT --column command=COLUMN:UNIT \
+         --column angle=COLUMN:UNIT; --rate HZ in place of a time for samples at equal intervals"
     );
 }
 

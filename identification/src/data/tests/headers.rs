@@ -130,6 +130,9 @@ fn names_of_servo_buses_robots_and_controllers_are_known_with_their_units() {
         ("time_s,control_position,position", 1.0),
         ("time_s,command_m,position_m", 1e3),
         ("__time,/arm/command,/arm/joint_states/position", 1.0),
+        ("__time,/arm/command/position,/arm/state/position", 1.0),
+        ("__time,/servo/command/data,/servo/state/position", 1.0),
+        ("Zeit,Soll,Ist", 1.0),
     ] {
         let read = recording(
             &Import::default(),
@@ -138,6 +141,24 @@ fn names_of_servo_buses_robots_and_controllers_are_known_with_their_units() {
         assert_eq!(read.command_deg, [expected, 1.5 * expected], "{header}");
         assert_eq!(read.angle_deg, read.command_deg, "{header}");
     }
+}
+
+#[test]
+fn whole_numbers_beyond_a_turn_in_degrees_are_counts_of_an_encoder() {
+    let text = |last: &str| {
+        format!("time_s,goal_position,present_position\n0,2048,2048\n0.1,2048,{last}\n")
+    };
+    let Imported { recording, notes } = read(&text("1024")).expect("counts");
+    assert_eq!(
+        (recording.command_deg[0], recording.angle_deg[1]),
+        (180.0, 90.0)
+    );
+    assert!(
+        notes[0].text.contains("counts of 4096 a turn are assumed"),
+        "{notes:?}"
+    );
+    let fraction = read(&text("1990.5")).expect("no counts").recording;
+    assert_eq!(fraction.angle_deg[1], 1990.5);
 }
 
 #[test]
