@@ -63,6 +63,22 @@ fn samples_at_a_rate_and_a_time_without_unit_lead_to_the_same_fit() {
 }
 
 #[test]
+fn commands_and_angles_in_rows_of_their_own_are_read() {
+    let cli = Cli::new();
+    let trace = cli.trace("black-box-1 --input pulse --every 80");
+    let [time, command, angle] =
+        ["time_s", "command_deg", "angle_deg"].map(|name| trace.column(name));
+    // As PlotJuggler writes two topics: more rows than the starting values are estimated from.
+    let mut text = String::from("__time,/servo/command/deg,/servo/angle/deg\n");
+    for ((time, command), angle) in time.iter().zip(&command).zip(&angle) {
+        text += &format!("{time},{command},\n{},,{angle}\n", time + 1e-6);
+    }
+    cli.write("topics.csv", text);
+    // The angles are those of 1 us before.
+    assert!((pole(&cli, "", "topics.csv") / 30.0 - 1.0).abs() < 1e-3);
+}
+
+#[test]
 fn a_folder_that_is_no_data_set_is_refused() {
     let cli = Cli::new();
     cli.assert_error("identify .", 2, "expected a LeRobot data set or a file");
