@@ -28,8 +28,8 @@ use identification::{
 /// Fits models to recordings, and estimates the uncertainty of each parameter
 ///
 /// A recording is a text file with one line per sample and a header with the names of the columns,
-/// as `simulate --csv` writes it, or the JSON of a pendulum test bench. Warnings about files and
-/// fits go to standard error.
+/// as `simulate --csv` writes it, JSON, MAT, a workbook of Excel, Parquet or a log of ArduPilot,
+/// also compressed. Warnings about files and fits go to standard error.
 #[derive(Debug, Args)]
 pub struct Identify {
     #[command(flatten)]

@@ -87,15 +87,16 @@ struct Point {
 
 /// Samples that have an angle while the motor is on, evenly thinned.
 fn points(run: &Experiment) -> Vec<Point> {
-    let every = run.len().div_ceil(MOST_SAMPLES).max(1);
     let recording = &run.recording;
     let is_on = |i: &usize| recording.motor_on.as_ref().is_none_or(|on| on[*i] != 0.0);
     let point = |i: usize| Point {
         time_ns: run.time_ns[i],
         angle_deg: median_around(&recording.angle_deg, i),
     };
-    let all = (0..run.len()).step_by(every).filter(is_on).map(point);
-    all.filter(|p| !p.angle_deg.is_nan()).collect()
+    let has_angle = |i: &usize| !recording.angle_deg[*i].is_nan();
+    let all = || (0..run.len()).filter(is_on).filter(has_angle);
+    let every = all().count().div_ceil(MOST_SAMPLES).max(1);
+    all().step_by(every).map(point).collect()
 }
 
 /// The median of an angle, two before and two after it, which keeps ramps and edges and drops one

@@ -36,7 +36,7 @@ pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
         windows.join("actuator_fmu.dll"),
     ];
     let libraries = env::join_paths(&libraries).unwrap_or_default();
-    let program = ["-p", "actuator", "--bin", "actuator", "--features=parquet"];
+    let program = ["-p", "actuator", "--bin", "actuator", "--features=formats"];
     let variables = [("ACTUATOR_FMU_LIBRARIES", Path::new(&libraries))];
     let built = tools.build(LINUX, &program, &[], &variables)?;
     copy(&built.join("actuator"), &place(out))?;

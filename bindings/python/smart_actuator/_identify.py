@@ -110,6 +110,8 @@ def identify(
     seed: int = 0,
     loss: str = "auto",
     columns: Optional[Mapping[str, str]] = None,
+    joint: Optional[str] = None,
+    rate_hz: Optional[float] = None,
     delimiter: Optional[str] = None,
     window: Union[None, Window, Sequence[Optional[Window]]] = None,
     keep_clipped: bool = False,
@@ -142,6 +144,8 @@ def identify(
     :param loss: how residuals count: ``squares``, ``robust`` (Student's distribution), or ``auto``,
         squares unless isolated residuals decide the fit.
     :param columns: the columns by quantity, as ``{"angle": "pos:rad"}``.
+    :param joint: the joint of a robot whose columns have its name.
+    :param rate_hz: rate of samples at equal intervals, Hz, without a time or with a wrong one.
     :param delimiter: between two fields: ``comma``, ``semicolon``, ``tab`` or ``blanks``.
     :param window: first and last time that are used, s: one pair for all recordings, or a sequence
         with a pair, or None for all of its times, for each recording of ``data`` and then for each
@@ -168,6 +172,8 @@ def identify(
         raise ValueError("models is empty, expected at least one model")
     reading = {
         "columns": [(a, _text("columns", b)) for a, b in _arguments.items("columns", columns)],
+        "joint": _arguments.optional_text("joint", joint),
+        "rate_hz": None if rate_hz is None else _arguments.within("rate_hz", rate_hz, 1e-3, 1e9, "Hz"),
         "delimiter": _arguments.optional_text("delimiter", delimiter),
         "keep_clipped": _arguments.flag("keep_clipped", keep_clipped),
         "keep_bad": _arguments.flag("keep_bad", keep_bad),

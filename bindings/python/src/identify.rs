@@ -42,6 +42,8 @@ pub struct Run<'py>(Source<'py>, Option<(f64, f64)>, Vec<(String, f64)>);
 #[pyo3(from_item_all)]
 pub struct Reading {
     columns: Vec<(String, String)>,
+    joint: Option<String>,
+    rate_hz: Option<f64>,
     delimiter: Option<String>,
     keep_clipped: bool,
     keep_bad: bool,
@@ -139,25 +141,26 @@ impl Given {
         }
     }
 
-    /// Imports the recording.
-    fn experiment(self, notes: &mut Vec<Note>) -> PyResult<Experiment> {
+    /// Imports the recordings.
+    fn experiments(self, notes: &mut Vec<Note>) -> PyResult<Vec<Experiment>> {
         let (path, imported) = match self.content {
             Content::Table(table) => {
-                let imported = self.import.recording(&table);
+                let imported = self.import.recording(&table).map(|one| vec![one]);
                 (table.path, imported)
             }
             Content::File(path) => {
-                let imported = self.import.read(&path, &mut |_, _| {});
+                let imported = self.import.read_all(&path, &mut |_, _| {});
                 (path, imported)
             }
         };
-        let imported = imported.map_err(|error| exception(error.into()))?;
-        notes.extend(imported.notes);
-        let (name, recording) = (path.display().to_string(), imported.recording);
-        let unusable = |error| IdentifyError::Recording { name, error };
-        Experiment::try_new(recording)
-            .map_err(unusable)
-            .map_err(invalid)
+        let mut experiments = Vec::new();
+        for imported in imported.map_err(|error| exception(error.into()))? {
+            notes.extend(imported.notes);
+            let name = path.display().to_string();
+            let unusable = |error| invalid(IdentifyError::Recording { name, error });
+            experiments.push(Experiment::try_new(imported.recording).map_err(unusable)?);
+        }
+        Ok(experiments)
     }
 }
 
@@ -199,8 +202,8 @@ impl Job {
     fn run(self, progress: &SearchProgress) -> PyResult<String> {
         let mut notes = Vec::new();
         let mut ready = |given: Vec<Given>| -> PyResult<Vec<Experiment>> {
-            let one = |given: Given| given.experiment(&mut notes);
-            given.into_iter().map(one).collect()
+            let each = given.into_iter().map(|given| given.experiments(&mut notes));
+            Ok(each.collect::<PyResult<Vec<_>>>()?.concat())
         };
         let (fitted, held_out) = (ready(self.data)?, ready(self.validate)?);
         // The threads are created for this call: a forked process would lack those of a global
@@ -268,7 +271,11 @@ impl Reading {
             parsed.map_err(|error| PyValueError::new_err(format!("columns: {error}")))
         };
         Ok(Import {
-            columns: Columns(self.columns.iter().map(choice).collect::<PyResult<_>>()?),
+            columns: Columns {
+                selected: self.columns.iter().map(choice).collect::<PyResult<_>>()?,
+                joint: self.joint,
+            },
+            rate_hz: self.rate_hz,
             delimiter: match self.delimiter.as_deref() {
                 None => None,
                 Some("comma") => Some(Delimiter::Character(b',')),
@@ -357,11 +364,20 @@ fn table(
         table.names.push(column.clone());
         table.columns.push(values.as_array().to_vec());
     }
-    let chosen = &import.columns.0;
+    let chosen = &import.columns.selected;
     let is_chosen = |quantity| chosen.iter().any(|column| column.quantity == quantity);
-    let may_lack = |quantity| import.may_lack_command && quantity == Quantity::Command;
+    let may_lack = |quantity| match quantity {
+        Quantity::Time => import.rate_hz.is_some(),
+        Quantity::Command => import.may_lack_command,
+        _ => false,
+    };
     for (quantity, usual) in REQUIRED {
-        if !may_lack(quantity) && !is_chosen(quantity) && quantity.find(&table.names) == Ok(None) {
+        let is_named = import.columns.joint.is_some();
+        if !may_lack(quantity)
+            && !is_chosen(quantity)
+            && !is_named
+            && quantity.find(&table.names) == Ok(None)
+        {
             let (what, names) = (quantity.name(), table.names.join(", "));
             return Err(PyKeyError::new_err(format!(
                 "{name} has no column of the {what}: the columns are {names}, expected `{usual}` or \

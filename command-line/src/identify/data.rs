@@ -18,7 +18,7 @@ use identification::{
 
 #[derive(Debug, Args)]
 pub struct DataOptions {
-    /// Recordings to fit
+    /// Recordings to fit: files, folders of LeRobot data sets, or - for standard input
     #[arg(required = true, value_name = "DATA")]
     pub data: Vec<PathBuf>,
     /// Recordings for validation: predicted by the fitted models, but not fitted
@@ -28,7 +28,13 @@ pub struct DataOptions {
     /// command, angle, rate, duty, current and supply; a unit may be a factor; repeatable
     #[arg(long = "column", value_name = "WHAT=COLUMN[:UNIT]")]
     columns: Vec<ColumnSelection>,
-    /// Delimiter between two fields [default: detected in the first line]
+    /// Joint of a robot whose columns have its name
+    #[arg(long, value_name = "NAME")]
+    joint: Option<String>,
+    /// Rate of samples at equal intervals, Hz, for files without a time or with a wrong one
+    #[arg(long = "rate", value_name = "HZ", value_parser = rate)]
+    rate_hz: Option<f64>,
+    /// Delimiter between two fields [default: detected]
     #[arg(long)]
     delimiter: Option<DelimiterName>,
     /// First and last time of the files that are used, s; with FILE@ of this file; repeatable
@@ -88,6 +94,12 @@ fn of_file<T>(
     }
 }
 
+fn rate(text: &str) -> Result<f64, String> {
+    let rate = text.trim().parse().ok();
+    let rate = rate.filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
+    rate.ok_or_else(|| format!("`{text}` is not a rate, expected a positive number of Hz"))
+}
+
 fn window(text: &str) -> Result<(f64, f64), String> {
     let ends = text.split_once(':').ok_or("expected FROM:TO")?;
     let number = |text: &str| {
@@ -140,12 +152,13 @@ impl DataOptions {
     fn read(&self, models: &[Arc<dyn Model>], has_friction: bool) -> Result<Loaded, Error> {
         let mut notes = Vec::new();
         let mut read = |paths: &[PathBuf]| -> Result<Vec<Experiment>, Error> {
-            let one = |path: &PathBuf| {
+            let mut experiments = Vec::new();
+            for path in paths {
                 let mut import = self.import(models, path)?;
                 import.keep_clipped |= has_friction;
-                read(&import, path, &mut notes)
-            };
-            paths.iter().map(one).collect()
+                experiments.extend(read(&import, path, &mut notes)?);
+            }
+            Ok(experiments)
         };
         let fitted = read(&self.data)?;
         let held_out = read(&self.validate)?;
@@ -211,7 +224,11 @@ impl DataOptions {
         let known: Vec<_> = known.chain(own).collect();
         let character = |c| Delimiter::Character(c);
         Ok(Import {
-            columns: Columns(self.columns.clone()),
+            columns: Columns {
+                selected: self.columns.clone(),
+                joint: self.joint.clone(),
+            },
+            rate_hz: self.rate_hz,
             delimiter: self.delimiter.map(|name| match name {
                 DelimiterName::Comma => character(b','),
                 DelimiterName::Semicolon => character(b';'),
@@ -232,19 +249,22 @@ impl DataOptions {
     }
 }
 
-/// Reads a file, with a progress bar.
-fn read(import: &Import, path: &Path, notes: &mut Vec<Note>) -> Result<Experiment, Error> {
+/// Reads the recordings of a path, with a progress bar.
+fn read(import: &Import, path: &Path, notes: &mut Vec<Note>) -> Result<Vec<Experiment>, Error> {
     let bar = output::progress(0, "bytes read");
-    let imported = import.read(path, &mut |done, of| {
+    let imported = import.read_all(path, &mut |done, of| {
         bar.set_length(of);
         bar.set_position(done);
     });
     bar.finish_and_clear();
-    let imported = imported?;
-    notes.extend(imported.notes);
-    let unusable = |error| IdentifyError::Recording {
-        name: path.display().to_string(),
-        error,
-    };
-    Ok(Experiment::try_new(imported.recording).map_err(unusable)?)
+    let mut experiments = Vec::new();
+    for imported in imported? {
+        notes.extend(imported.notes);
+        let unusable = |error| IdentifyError::Recording {
+            name: path.display().to_string(),
+            error,
+        };
+        experiments.push(Experiment::try_new(imported.recording).map_err(unusable)?);
+    }
+    Ok(experiments)
 }

@@ -144,9 +144,9 @@ fn an_error_names_file_line_column_and_expected_value() {
         (b"t,command_deg\n0,\"1\n", "in.csv:2: a quote is not closed"),
         (
             b"t,command_deg\n0,\xff\n",
-            "in.csv:2: invalid utf-8 sequence of 1 bytes from index 2",
+            "in.csv:2: column 2 (`command_deg`) is `ÿ`, expected an angle",
         ),
-        (b"\xff\xfet\0,\0", "in.csv:1: invalid utf-8"),
+        (b"\xff\xfet\0,\0", "in.csv:1: no column `command_deg`"),
     ];
     for (content, message) in bad {
         cli.write("in.csv", content);

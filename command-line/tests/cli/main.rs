@@ -14,6 +14,7 @@ mod input_file;
 mod mujoco;
 mod options;
 mod parameters;
+mod recordings;
 mod scenario;
 #[cfg(target_os = "linux")]
 mod serve;

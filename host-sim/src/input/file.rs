@@ -6,7 +6,7 @@
 use std::{ops::RangeInclusive, path::Path};
 
 use identification::data::{
-    self, Format, Table,
+    self, Format, Source, Table,
     lines::{Lines, TextLine},
 };
 use model_core::{
@@ -77,10 +77,11 @@ pub const LOAD: Quantity = Quantity {
 /// # Errors
 /// [`Error::Read`], and [`Error::InputFile`] with line, column and the expected value.
 pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
-    if Format::of(path) != Format::Text {
-        return of_table(&Table::read(path, None, &mut |_, _| {})?, quantity);
+    let source = Source::open(path)?;
+    if source.format != Format::Text {
+        return of_table(&Table::of(source, None, &mut |_, _| {})?, quantity);
     }
-    let mut lines = Lines::delimited(path, None)?;
+    let mut lines = Lines::new(source, None);
     let expected = format!(
         "expected a header with `{}` and `{}`",
         TIME.column, quantity.column
@@ -95,6 +96,7 @@ pub fn read(path: &Path, quantity: &Quantity) -> Result<Sequence, Error> {
     let columns = find(&TIME).and_then(|time| Ok((time, find(quantity)?)));
     let (time, values) = columns.map_err(|problem| header.problem(problem))?;
     let width = header.fields.len();
+    lines.settle();
 
     let mut sequence = Sequence::default();
     let mut last_s = 0.0;

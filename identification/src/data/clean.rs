@@ -4,6 +4,7 @@ use super::{
     Import, Imported, Note, Quantity, Table,
     clipping::{self, Clipped},
     column::LocatedColumn,
+    times, unit,
 };
 use crate::{
     data::ImportError,
@@ -14,6 +15,8 @@ use crate::{
 
 /// First time above which times are relative to the first sample: dates would lose digits.
 const LATEST_START_S: f64 = 1e6;
+/// Greatest duty, with the error of a measured one.
+const MOST_DUTY_PCT: f64 = 102.0;
 /// Change from sample to sample above which an angle has wrapped around.
 const WRAP_DEG: f64 = 270.0;
 
@@ -28,10 +31,16 @@ pub fn recording(
         columns,
         notes: Vec::new(),
     };
-    cleaning.note_assumed_units();
-    let time = cleaning.column(Quantity::Time)?.unwrap_or_default();
+    for (line, text) in table.notes.clone() {
+        cleaning.note(line, text);
+    }
+    cleaning.note_units();
+    let time = match import.rate_hz {
+        Some(rate_hz) => (0..table.len()).map(|row| row as f64 / rate_hz).collect(),
+        None => cleaning.times()?,
+    };
     let (rows, time_s) = cleaning.rows(&time, import.window_s)?;
-    let mut take = |quantity| {
+    let take = |cleaning: &Cleaning<'_>, quantity| {
         let column = cleaning.column(quantity)?;
         Ok::<_, ImportError>(column.map(|column| rows.iter().map(|&row| column[row]).collect()))
     };
@@ -41,16 +50,17 @@ pub fn recording(
     let mut recording = Recording {
         name: name.into_owned(),
         time_s,
-        command_deg: take(Quantity::Command)?.unwrap_or_default(),
-        angle_deg: take(Quantity::Angle)?.unwrap_or_default(),
-        rate_deg_s: take(Quantity::Rate)?,
-        duty_pct: take(Quantity::Duty)?,
-        current_ma: take(Quantity::Current)?,
-        supply_v: take(Quantity::Supply)?,
-        motor_on: take(Quantity::Enabled)?,
+        command_deg: take(&cleaning, Quantity::Command)?.unwrap_or_default(),
+        angle_deg: take(&cleaning, Quantity::Angle)?.unwrap_or_default(),
+        rate_deg_s: take(&cleaning, Quantity::Rate)?,
+        duty_pct: take(&cleaning, Quantity::Duty)?,
+        current_ma: take(&cleaning, Quantity::Current)?,
+        supply_v: take(&cleaning, Quantity::Supply)?,
+        motor_on: take(&cleaning, Quantity::Enabled)?,
         hold: import.hold,
         constants,
     };
+    recording.duty_pct = recording.duty_pct.filter(|duty| cleaning.is_duty(duty));
     if !columns.iter().any(|c| c.quantity == Quantity::Command) {
         let first = recording.angle_deg.iter().find(|angle| angle.is_finite());
         recording.command_deg = vec![first.copied().unwrap_or(0.0); rows.len()];
@@ -80,39 +90,129 @@ impl Cleaning<'_> {
         });
     }
 
-    fn note_assumed_units(&mut self) {
-        for located in self.columns.iter().filter(|located| located.is_assumed) {
+    /// Notes the units that are assumed, and those that are lengths.
+    fn note_units(&mut self) {
+        for located in self
+            .columns
+            .iter()
+            .filter(|column| column.quantity.is_angle())
+        {
             let (name, column) = (located.quantity.name(), &self.table.names[located.index]);
-            let text = format!(
-                "column `{column}` has no unit, deg is assumed; --column {name}={column}:UNIT sets \
-                 another"
-            );
-            self.note(self.table.header_line, text);
+            if located.is_length {
+                let text =
+                    format!("column `{column}` is a length: mm stand for deg in all results");
+                self.note(self.table.header_line, text);
+            } else if located.is_counts {
+                let text = format!(
+                    "column `{column}` has no unit and whole numbers: counts of 4096 a turn are \
+                     assumed; --column {name}={column}:UNIT sets another"
+                );
+                self.note(self.table.header_line, text);
+            } else if located.factor.is_none() && !self.table.radians {
+                let text = format!(
+                    "column `{column}` has no unit, deg is assumed; --column {name}={column}:UNIT \
+                     sets another"
+                );
+                self.note(self.table.header_line, text);
+            }
         }
     }
 
-    /// A column in the unit of the recording.
-    fn column(&mut self, quantity: Quantity) -> Result<Option<Vec<f64>>, ImportError> {
-        let Some(located) = self
-            .columns
+    fn located(&self, quantity: Quantity) -> Option<LocatedColumn> {
+        self.columns
             .iter()
+            .copied()
             .find(|located| located.quantity == quantity)
-        else {
+    }
+
+    /// A column in the unit of the recording.
+    fn column(&self, quantity: Quantity) -> Result<Option<Vec<f64>>, ImportError> {
+        let Some(located) = self.located(quantity) else {
             return Ok(None);
         };
+        let usual = match quantity {
+            Quantity::Current => "a",
+            Quantity::Command | Quantity::Angle if self.table.radians => "rad",
+            Quantity::Rate if self.table.radians => "rad/s",
+            _ => "",
+        };
+        let factor = located
+            .factor
+            .or_else(|| unit::factor(quantity, usual))
+            .unwrap_or(1.0);
+        let column = self.numbers(located)?.iter();
+        Ok(Some(column.map(|value| value * factor).collect()))
+    }
+
+    /// A column in its own unit.
+    fn numbers(&self, located: LocatedColumn) -> Result<&[f64], ImportError> {
         let column = &self.table.columns[located.index];
         if let Some(row) = column.iter().position(|value| value.is_infinite()) {
             let (name, number) = (&self.table.names[located.index], located.index + 1);
             let problem = format!("column {number} (`{name}`) is not a finite number");
             return Err(self.table.problem(self.table.line(row), problem));
         }
+        Ok(column)
+    }
+
+    /// The times of all rows, s.
+    fn times(&mut self) -> Result<Vec<f64>, ImportError> {
+        let Some(located) = self.located(Quantity::Time) else {
+            return Ok(Vec::new());
+        };
+        let column = self.numbers(located)?;
+        let judged = match located.factor {
+            Some(_) => None,
+            None => times::unit(column),
+        };
+        let factor = located
+            .factor
+            .or(judged.map(|(_, factor)| factor))
+            .unwrap_or(1.0);
         // Before the conversion: differences of large times are exact, their multiples are not.
         let first = column.iter().find(|value| !value.is_nan());
         let first = first.copied().unwrap_or(0.0);
-        let is_late = quantity == Quantity::Time && first * located.factor > LATEST_START_S;
+        let is_late = first * factor > LATEST_START_S;
         let origin = if is_late { first } else { 0.0 };
-        let scaled = column.iter().map(|value| (value - origin) * located.factor);
-        Ok(Some(scaled.collect()))
+        let mut times: Vec<f64> = column.iter().map(|t| (t - origin) * factor).collect();
+        let line = self.table.header_line;
+        if let Some((unit, _)) = judged {
+            let name = &self.table.names[located.index];
+            let text = format!(
+                "the time in column `{name}` has no unit: by the steps of its samples it is in \
+                 {unit}; --column time={name}:UNIT sets another"
+            );
+            self.note(line, text);
+        }
+        let angle = self.located(Quantity::Angle);
+        let angle = angle.map_or(&[][..], |angle| &self.table.columns[angle.index]);
+        if let Some(count) = times::spread(&mut times, angle) {
+            let text = format!(
+                "{count} rows have the time of the row before and another angle: the clock is \
+                 coarser than the samples, which are spread evenly over its steps"
+            );
+            self.note(line, text);
+        }
+        Ok(times)
+    }
+
+    /// Whether these can be duties, %; notes it otherwise.
+    fn is_duty(&mut self, duty_pct: &[f64]) -> bool {
+        let most = duty_pct
+            .iter()
+            .fold(0.0_f64, |most, duty| most.max(duty.abs()));
+        if let Some(located) = self
+            .located(Quantity::Duty)
+            .filter(|_| most > MOST_DUTY_PCT)
+        {
+            let name = &self.table.names[located.index];
+            let text = format!(
+                "column `{name}` reaches {most} %, expected at most 100: it is left out; --column \
+                 duty={name}:FACTOR, the % of one unit, sets its unit"
+            );
+            self.note(self.table.header_line, text);
+        }
+        most <= MOST_DUTY_PCT
     }
 
     /// The rows with a valid time, and their times.
@@ -197,7 +297,12 @@ impl Cleaning<'_> {
             absent.for_each(|i| missing.count(rows[i]));
             self.tally(&missing, &format!("samples have no {what}"));
         }
-        if let Some((index, turns)) = unwrap(&mut recording.angle_deg) {
+        let is_length = self.columns.iter().any(|column| column.is_length);
+        let wrapped = match is_length {
+            true => None,
+            false => unwrap(&mut recording.angle_deg),
+        };
+        if let Some((index, turns)) = wrapped {
             let text = format!("the angle jumps by a turn, {turns} times: it is unwrapped");
             self.note(self.table.line(rows[index]), text);
         }

@@ -1,7 +1,6 @@
 //! Assigns quantities to the columns of a file.
 
-use super::ImportError;
-use super::{Table, unit};
+use super::{ImportError, Table, names, unit};
 
 /// The quantities that a column can contain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -51,61 +50,6 @@ impl Quantity {
         }
     }
 
-    /// Usual names of its column without the unit, by precedence.
-    fn usual_names(self) -> &'static [&'static str] {
-        match self {
-            Self::Time => &["t", "time", "timestamp", "time_stamp"],
-            Self::Command => &[
-                "command",
-                "cmd",
-                "commanded",
-                "angle_command",
-                "command_angle",
-                "reference",
-                "ref",
-                "setpoint",
-                "target",
-                "goal_position",
-                "goal",
-                "target_position",
-                "input",
-                "u",
-            ],
-            Self::Angle => &[
-                "angle_meas",
-                "angle_measured",
-                "measured",
-                "measured_angle",
-                "angle",
-                "position",
-                "pos",
-                "theta",
-                "shaft_angle",
-                "encoder",
-                "output",
-                "y",
-            ],
-            Self::Rate => &[
-                "rate_meas",
-                "rate",
-                "angular_rate",
-                "speed",
-                "velocity",
-                "omega",
-            ],
-            Self::Duty => &["duty", "motor_duty", "pwm"],
-            Self::Current => &["current_meas", "current", "motor_current"],
-            Self::Supply => &["supply", "input_volts", "supply_voltage", "voltage", "vin"],
-            Self::Enabled => &[
-                "enabled",
-                "enable",
-                "motor_on",
-                "torque_enable",
-                "torque_enabled",
-            ],
-        }
-    }
-
     /// The index of its column among columns of these names, by its usual names; `None` without
     /// such a column.
     ///
@@ -120,16 +64,7 @@ impl Quantity {
     /// # Errors
     /// The indices of two columns that may both be it.
     pub fn find(self, names: &[String]) -> Result<Option<usize>, [usize; 2]> {
-        for usual in self.usual_names() {
-            let is_it = |name: &String| unit::split(self, name).0 == *usual;
-            let mut found = (0..names.len()).filter(|&i| is_it(&names[i]));
-            match (found.next(), found.next()) {
-                (None, _) => {}
-                (Some(index), None) => return Ok(Some(index)),
-                (Some(a), Some(b)) => return Err([a, b]),
-            }
-        }
-        Ok(None)
+        names::find(self, names)
     }
 
     /// The factor from the unit in a column's name to that of a recording; `None` if the name has
@@ -138,16 +73,9 @@ impl Quantity {
         unit::split(self, name).1
     }
 
-    fn is_angle(self) -> bool {
+    /// Whether it is an angle.
+    pub(super) fn is_angle(self) -> bool {
         matches!(self, Self::Command | Self::Angle)
-    }
-
-    fn is_required(self, may_lack_command: bool) -> bool {
-        match self {
-            Self::Time | Self::Angle => true,
-            Self::Command => !may_lack_command,
-            _ => false,
-        }
     }
 }
 
@@ -160,6 +88,8 @@ pub struct ColumnSelection {
     pub column: String,
     /// Factor from its unit to that of the recording; by default from the unit in its name.
     pub factor: Option<f64>,
+    /// Whether its unit is a length.
+    pub is_length: bool,
 }
 
 impl std::str::FromStr for ColumnSelection {
@@ -180,8 +110,12 @@ impl std::str::FromStr for ColumnSelection {
                     names()
                 )
             })?;
-        let (column, factor) = match column.rsplit_once(':') {
-            None => (column, None),
+        // The colon of `data(:,3)` is of a name.
+        let of_unit = column
+            .rsplit_once(':')
+            .filter(|(_, unit)| !unit.starts_with(','));
+        let (column, factor, is_length) = match of_unit {
+            None => (column, None, false),
             Some((column, unit)) => {
                 let expected = || {
                     let expected = unit::expected(quantity);
@@ -191,20 +125,30 @@ impl std::str::FromStr for ColumnSelection {
                     )
                 };
                 let factor = unit::factor(quantity, unit).ok_or_else(expected)?;
-                (column, Some(factor))
+                (
+                    column,
+                    Some(factor),
+                    quantity.is_angle() && unit::is_length(unit),
+                )
             }
         };
         Ok(Self {
             quantity,
             column: column.trim().to_owned(),
             factor,
+            is_length,
         })
     }
 }
 
 /// The assigned columns.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Columns(pub Vec<ColumnSelection>);
+pub struct Columns {
+    /// Each with its quantity; the others are found by their usual names.
+    pub selected: Vec<ColumnSelection>,
+    /// The joint of a robot whose columns have its name.
+    pub joint: Option<String>,
+}
 
 /// The column of a quantity in a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -213,124 +157,159 @@ pub struct LocatedColumn {
     pub quantity: Quantity,
     /// The index of its column.
     pub index: usize,
-    /// The factor from its unit to that of the recording.
-    pub factor: f64,
-    /// Whether the unit is assumed.
-    pub is_assumed: bool,
+    /// The factor from its unit to that of the recording; `None` for an unknown unit.
+    pub factor: Option<f64>,
+    /// Whether the unit is a length.
+    pub is_length: bool,
+    /// Whether the unit is that of an encoder, by the values.
+    pub is_counts: bool,
 }
 
+/// Counts of a turn of the encoders of smart servos.
+const COUNTS: f64 = 4096.0;
+
 impl Columns {
-    /// Finds all quantities in a table, which may lack a command.
+    /// Finds all quantities in a table, which may lack some.
     ///
     /// # Errors
-    /// [`ImportError::Content`] at the header, for a missing column or a required quantity without
-    /// a column.
+    /// [`ImportError::Content`] at the header, for a missing column or a quantity without a column
+    /// that it may not lack.
     pub fn of(
         &self,
         table: &Table,
-        may_lack_command: bool,
+        may_lack: impl Fn(Quantity) -> bool,
     ) -> Result<Vec<LocatedColumn>, ImportError> {
-        let mut columns = Vec::new();
+        let (mut columns, mut lacking) = (Vec::new(), Vec::new());
         for quantity in Quantity::ALL {
-            let found = match self.0.iter().rev().find(|c| c.quantity == quantity) {
+            let found = match self.selected.iter().rev().find(|c| c.quantity == quantity) {
                 Some(selection) => Some(selected(table, selection)?),
-                None => usual(table, quantity)?,
+                None => self.usual(table, quantity)?,
             };
             match found {
-                Some((index, factor)) => columns.push((quantity, index, factor)),
-                None if quantity.is_required(may_lack_command) => {
-                    return Err(missing(table, quantity));
-                }
-                None => {}
+                Some(column) => columns.push(column),
+                None if may_lack(quantity) => {}
+                None => lacking.push(quantity),
             }
         }
-        Ok(with_units(table, &columns))
+        if !lacking.is_empty() {
+            return Err(missing(table, &lacking));
+        }
+        // Command and angle have the same unit.
+        let known = columns
+            .iter()
+            .find(|c| c.quantity.is_angle() && c.factor.is_some());
+        let shared = known.and_then(|column| column.factor);
+        let mut angles = columns.iter().filter(|c| c.quantity.is_angle());
+        let is_counts = shared.is_none()
+            && !table.radians
+            && angles.all(|column| are_counts(&table.columns[column.index]));
+        let shared = shared.or(is_counts.then_some(360.0 / COUNTS));
+        for column in columns.iter_mut().filter(|c| c.quantity.is_angle()) {
+            column.factor = column.factor.or(shared);
+            column.is_counts = is_counts;
+        }
+        Ok(columns)
+    }
+
+    /// The column with a usual name of a quantity.
+    fn usual(
+        &self,
+        table: &Table,
+        quantity: Quantity,
+    ) -> Result<Option<LocatedColumn>, ImportError> {
+        let of_joint = self.joint.as_ref().filter(|_| quantity != Quantity::Time);
+        let found = match of_joint {
+            Some(joint) => quantity.find(&names::of_joint(&table.names, joint)),
+            None => quantity.find(&table.names),
+        };
+        match found {
+            Ok(found) => Ok(found.map(|index| located(table, quantity, index))),
+            Err([a, b]) => {
+                let (a, b, name) = (&table.names[a], &table.names[b], quantity.name());
+                let problem = format!(
+                    "`{a}` and `{b}` may both be the {name}, expected --column {name}=COLUMN, or \
+                     --joint JOINT where the columns have the names of joints"
+                );
+                Err(table.problem(table.header_line, problem))
+            }
+        }
     }
 }
 
-/// Completes unknown units: command and angle have the same unit.
-fn with_units(table: &Table, columns: &[(Quantity, usize, Option<f64>)]) -> Vec<LocatedColumn> {
-    let known = columns.iter().find(|(q, _, f)| q.is_angle() && f.is_some());
-    let angle = known.and_then(|(_, _, factor)| *factor);
-    let located = |&(quantity, index, factor): &(Quantity, usize, Option<f64>)| {
-        let default = match quantity {
-            Quantity::Current => "a",
-            Quantity::Command | Quantity::Angle if table.radians => "rad",
-            Quantity::Rate if table.radians => "rad/s",
-            Quantity::Command | Quantity::Angle => "deg",
-            _ => "",
-        };
-        let shared = angle.filter(|_| quantity.is_angle());
-        let factor = factor.or(shared);
-        LocatedColumn {
-            quantity,
-            index,
-            factor: factor
-                .or_else(|| unit::factor(quantity, default))
-                .unwrap_or(1.0),
-            // A time without a unit is in seconds; an angle may be in degrees or radians.
-            is_assumed: factor.is_none() && quantity.is_angle() && !table.radians,
-        }
-    };
-    columns.iter().map(located).collect()
+/// Whether these are whole numbers within a turn of an encoder, and beyond one in degrees.
+fn are_counts(column: &[f64]) -> bool {
+    let is_count = |value: &f64| value.fract() == 0.0 && (0.0..COUNTS).contains(value);
+    let mut numbers = column.iter().filter(|value| !value.is_nan());
+    numbers.clone().any(|value| *value > 360.0) && numbers.all(is_count)
 }
 
-/// The assigned column, and its unit.
-fn selected(
-    table: &Table,
-    selection: &ColumnSelection,
-) -> Result<(usize, Option<f64>), ImportError> {
+/// The assigned column.
+fn selected(table: &Table, selection: &ColumnSelection) -> Result<LocatedColumn, ImportError> {
     let by_number = || {
-        selection
-            .column
-            .parse()
-            .ok()
-            .and_then(|n: usize| n.checked_sub(1))
+        let number: usize = selection.column.parse().ok()?;
+        number
+            .checked_sub(1)
+            .filter(|&index| index < table.names.len())
     };
-    let index = table
+    // `data[:,3]` is `data(:,3)`.
+    let plain = |name: &str| name.replace('[', "(").replace(']', ")").replace(' ', "");
+    let is_it = |name: &String| plain(name) == plain(&selection.column);
+    let exact = table
         .names
         .iter()
-        .position(|name| *name == selection.column)
-        .or_else(|| by_number().filter(|&index| index < table.names.len()));
+        .position(|name| *name == selection.column);
+    let index = exact
+        .or_else(|| table.names.iter().position(is_it))
+        .or_else(by_number);
     let index = index.ok_or_else(|| {
-        let columns = table.names.join("`, `");
-        let problem = format!(
-            "no column `{}`: the columns are `{columns}`",
-            selection.column
-        );
+        let problem = format!("no column `{}`: {}", selection.column, table.described());
         table.problem(table.header_line, problem)
     })?;
-    let unit = selection
-        .factor
-        .or_else(|| unit_of(table, selection.quantity, index));
-    Ok((index, unit))
+    let located = located(table, selection.quantity, index);
+    Ok(match selection.factor {
+        None => located,
+        given => LocatedColumn {
+            factor: given,
+            is_length: selection.is_length,
+            ..located
+        },
+    })
 }
 
-/// The unit in a column's name or in the line of units.
-fn unit_of(table: &Table, quantity: Quantity, index: usize) -> Option<f64> {
-    let below = table.units.get(index);
-    let below = below.and_then(|u| unit::factor(quantity, u.trim_matches(['(', ')', '[', ']'])));
-    below.or_else(|| quantity.unit_in(&table.names[index]))
-}
-
-/// The column with a usual name of a quantity, and its unit.
-fn usual(table: &Table, quantity: Quantity) -> Result<Option<(usize, Option<f64>)>, ImportError> {
-    match quantity.find(&table.names) {
-        Ok(found) => Ok(found.map(|index| (index, unit_of(table, quantity, index)))),
-        Err([a, b]) => {
-            let (a, b, name) = (&table.names[a], &table.names[b], quantity.name());
-            let problem =
-                format!("`{a}` and `{b}` may both be the {name}, expected --column {name}=COLUMN");
-            Err(table.problem(table.header_line, problem))
-        }
+/// A column with the unit in the line of units or in its name, or that is usual for its name.
+fn located(table: &Table, quantity: Quantity, index: usize) -> LocatedColumn {
+    let name = &table.names[index];
+    let below = table.units.get(index).map(|unit| unit::bare(unit));
+    let below = below.and_then(|text| Some((unit::factor(quantity, text)?, text)));
+    let named = || Some((quantity.unit_in(name)?, &**name));
+    let usual = || Some((names::usual_unit(quantity, name)?, ""));
+    let (factor, text) = match below.or_else(named).or_else(usual) {
+        Some((factor, text)) => (Some(factor), text),
+        None => (None, ""),
+    };
+    LocatedColumn {
+        quantity,
+        index,
+        factor,
+        is_length: quantity.is_angle() && factor.is_some() && unit::is_length(text),
+        is_counts: false,
     }
 }
 
-fn missing(table: &Table, quantity: Quantity) -> ImportError {
-    let (columns, name) = (table.names.join("`, `"), quantity.name());
+fn missing(table: &Table, lacking: &[Quantity]) -> ImportError {
+    let names: Vec<&str> = lacking.iter().map(|quantity| quantity.name()).collect();
+    let options = names
+        .iter()
+        .map(|name| format!("--column {name}=COLUMN:UNIT"));
+    let options = options.collect::<Vec<_>>().join(" ");
+    let without_time = match lacking.contains(&Quantity::Time) {
+        true => "; --rate HZ in place of a time for samples at equal intervals",
+        false => "",
+    };
     let problem = format!(
-        "no column is known to be the {name}: the columns are `{columns}`, expected --column \
-         {name}=COLUMN:UNIT"
+        "no column is known to be the {}: {}, expected {options}{without_time}",
+        names.join(", nor the "),
+        table.described()
     );
     table.problem(table.header_line, problem)
 }

@@ -1,11 +1,12 @@
 //! Reads text with one sample in each line.
+//!
+//! The data begin at the first line of numbers. The line of as many fields before it names the
+//! columns, or the last comment does; a line between the two may name their units.
 
-use std::path::Path;
-
-use super::{Progress, Table};
-use crate::{
-    data::ImportError,
-    data::lines::{Delimiter, Lines, TextLine},
+use super::{
+    ImportError, Progress, Source, Table, clock,
+    lines::{Delimiter, Lines},
+    unit,
 };
 
 /// Lines between two reports of progress.
@@ -13,63 +14,157 @@ const LINES_PER_REPORT: usize = 1 << 14;
 /// Representations of a missing number.
 const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "-"];
 
-/// Reads the file. The first line names the columns, unless all its fields are numbers; the second
-/// may name their units.
+/// Reads the file.
 pub fn read(
-    path: &Path,
+    source: Source,
     delimiter: Option<Delimiter>,
     progress: &mut Progress<'_>,
 ) -> Result<Table, ImportError> {
-    let size = std::fs::metadata(path).map_or(0, |file| file.len());
-    let mut lines = Lines::delimited(path, delimiter)?;
-    let Some(header) = lines.next_line()? else {
-        return Err(lines.problem("the file is empty, expected a header and samples".into()));
-    };
-    let mut table = Table {
-        path: path.into(),
-        header_line: header.number(),
-        columns: vec![Vec::new(); header.fields.len()],
-        ..Table::default()
-    };
-    if header.fields.iter().all(|field| number(field).is_some()) {
-        table.names = (1..=header.fields.len()).map(|n| n.to_string()).collect();
-        push(&mut table, &header)?;
-    } else {
-        table.names = header.fields.to_vec();
-    }
+    let size = source.size;
+    let mut lines = Lines::new(source, delimiter);
+    let mut table = heading(&mut lines)?;
+    let mut cut: Option<ImportError> = None;
     while let Some(line) = lines.next_line()? {
-        if table.is_empty() && table.units.is_empty() && are_units(line.fields) {
-            table.units = line.fields.to_vec();
-            continue;
+        if let Some(error) = cut {
+            return Err(error);
         }
-        push(&mut table, &line)?;
+        let is_shorter = line.fields.len() < table.columns.len();
+        if let Err(problem) = push(&mut table, line.number(), line.fields) {
+            let error = line.problem(problem);
+            match is_shorter {
+                true => cut = Some(error),
+                false => return Err(error),
+            }
+        }
         if table.len().is_multiple_of(LINES_PER_REPORT) {
             progress(lines.read, size);
         }
+    }
+    if cut.is_some() {
+        let line = table.lines.last().map_or(1, |line| line + 1);
+        let text = "the last line is cut off, and left out";
+        table.notes.push((line, text.into()));
     }
     progress(size, size);
     Ok(table)
 }
 
-/// Whether a line contains no number.
-fn are_units(fields: &[String]) -> bool {
-    let is_word = |field: &String| number(field).is_none();
-    fields.iter().all(is_word) && fields.iter().any(|field| !field.is_empty())
+/// A line before the data, or their first.
+struct Line {
+    number: u64,
+    fields: Vec<String>,
 }
 
-fn push(table: &mut Table, line: &TextLine<'_>) -> Result<(), ImportError> {
-    let (found, expected) = (line.fields.len(), table.columns.len());
-    if found != expected {
-        let problem = format!("the fields are {found}, expected {expected} as in the header");
-        return Err(line.problem(problem));
+/// The columns of a file with their names and units, and its first row.
+fn heading(lines: &mut Lines) -> Result<Table, ImportError> {
+    let mut above: Vec<Line> = Vec::new();
+    loop {
+        let Some(line) = lines.next_line()? else {
+            let Some(header) = above.pop() else {
+                let problem = "the file is empty, expected a header and samples";
+                return Err(lines.problem(problem.into()));
+            };
+            return Ok(named(lines, header));
+        };
+        let line = Line {
+            number: line.number(),
+            fields: line.fields.to_vec(),
+        };
+        let width = line.fields.len();
+        let is_wide = |above: &Line| above.fields.len() == width;
+        let is_named = above.last().is_some_and(is_wide) || lines.comment().len() == width;
+        if !is_data(&line.fields, is_named) {
+            above.push(line);
+            continue;
+        }
+        lines.settle();
+        let mut table = match above.pop() {
+            Some(header) => {
+                let names = above
+                    .pop()
+                    .filter(|names| names.fields.len() == header.fields.len());
+                match names.filter(|_| are_units(&header.fields)) {
+                    Some(names) => Table {
+                        units: header.fields,
+                        ..named(lines, names)
+                    },
+                    None => named(lines, header),
+                }
+            }
+            None => {
+                let names = Some(lines.comment()).filter(|names| names.len() == width);
+                let numbers = || (1..=width).map(|n| n.to_string()).collect();
+                let header = Line {
+                    number: line.number,
+                    fields: names.unwrap_or_else(numbers),
+                };
+                named(lines, header)
+            }
+        };
+        let pushed = push(&mut table, line.number, &line.fields);
+        return pushed
+            .map(|()| table)
+            .map_err(|problem| lines.problem(problem));
     }
-    for (index, field) in line.fields.iter().enumerate() {
-        // A column of text is an error only where it is used.
-        let value = number(field).unwrap_or(f64::INFINITY);
-        table.columns[index].push(value);
+}
+
+/// A table with these names.
+fn named(lines: &Lines, header: Line) -> Table {
+    Table {
+        path: lines.path().into(),
+        header_line: header.number,
+        columns: vec![Vec::new(); header.fields.len()],
+        names: header.fields,
+        ..Table::default()
     }
-    table.lines.push(line.number());
+}
+
+/// Whether a line has data: only numbers, or below a header two of them, as beside a column of text.
+fn is_data(fields: &[String], is_named: bool) -> bool {
+    let numbers = fields
+        .iter()
+        .filter(|field| number(field).is_some_and(|n| !n.is_nan()));
+    let texts = fields.iter().filter(|field| value(field).is_none()).count();
+    texts == 0 || is_named && numbers.count() >= 2
+}
+
+/// Whether a line has units.
+fn are_units(fields: &[String]) -> bool {
+    fields.iter().any(|field| unit::is_known(field))
+}
+
+/// Appends a row.
+fn push(table: &mut Table, line: u64, fields: &[String]) -> Result<(), String> {
+    let expected = table.columns.len();
+    let fields = match fields.split_last() {
+        // A delimiter after the last field.
+        Some((last, fields)) if last.is_empty() && fields.len() == expected => fields,
+        _ => fields,
+    };
+    if fields.len() != expected {
+        let found = fields.len();
+        return Err(format!(
+            "the fields are {found}, expected {expected} as in the header"
+        ));
+    }
+    for (index, field) in fields.iter().enumerate() {
+        let number = number(field).unwrap_or_else(|| match clock::seconds(field) {
+            Some(seconds) => {
+                table.set_unit(index, "s");
+                seconds
+            }
+            // A column of text is an error only where it is used.
+            None => f64::INFINITY,
+        });
+        table.columns[index].push(number);
+    }
+    table.lines.push(line);
     Ok(())
+}
+
+/// The number or the time in a field.
+fn value(field: &str) -> Option<f64> {
+    number(field).or_else(|| clock::seconds(field))
 }
 
 /// The number in a field, NaN where it is missing; `None` for any other text. A decimal comma is

@@ -1,15 +1,14 @@
-//! Reads JSON: a list of samples, alone or in `entries` of an object, each an object of numbers.
+//! Reads JSON: a list of samples, alone, in a member of an object, or one in each line; or an
+//! object with a list for each column. Members of members are columns as `header.stamp`.
 //!
 //! The numbers next to `entries` apply to the whole run. In the recordings of Rhoban's BAM project
 //! they are mass and length of the pendulum and the supply; angles are in radians there.
 
-use std::{collections::BTreeMap, io::Read, path::Path};
+use std::collections::BTreeMap;
 
-use serde::Deserialize;
-use serde_json::{Value, value::RawValue};
+use serde_json::{Map, Value, value::RawValue};
 
-use super::{ImportError, MOST_BYTES, Progress, Table};
-use crate::bounded_file::BoundedFile;
+use super::{ImportError, Table, clock, table::Column};
 
 /// Names of the numbers of the whole run in these files, with those of the model parameters.
 const CONSTANTS: [(&str, &str); 4] = [
@@ -19,106 +18,174 @@ const CONSTANTS: [(&str, &str); 4] = [
     ("kp", "firmware_gain"),
 ];
 
-/// The samples of a file as unparsed text.
-struct Samples<'a> {
-    entries: Vec<&'a RawValue>,
-    constants: BTreeMap<String, f64>,
-    radians: bool,
-}
-
-#[derive(Deserialize)]
-struct Run<'a> {
-    #[serde(borrow)]
-    entries: Vec<&'a RawValue>,
-    #[serde(flatten)]
-    rest: BTreeMap<String, Value>,
-}
-
-/// Samples between two reports of progress.
-const SAMPLES_PER_REPORT: usize = 1 << 12;
+/// Members of a time stamp of ROS, s and ns.
+const STAMPS: [[&str; 2]; 3] = [["sec", "nanosec"], ["secs", "nsecs"], ["sec", "nsec"]];
 
 /// Reads the file.
-pub fn read(path: &Path, progress: &mut Progress<'_>) -> Result<Table, ImportError> {
-    let mut text = String::new();
-    BoundedFile::open(path, MOST_BYTES)
-        .and_then(|mut file| file.read_to_string(&mut text))
-        .map_err(|source| ImportError::Read {
-            path: path.into(),
-            source,
-        })?;
-    let mut table = Table {
-        path: path.into(),
-        header_line: 1,
-        ..Table::default()
-    };
-    let samples = samples(&text).map_err(|error| {
+pub fn read(bytes: Vec<u8>, mut table: Table) -> Result<Table, ImportError> {
+    let bytes = String::from_utf8(bytes);
+    let text = bytes.map_err(|_| table.problem(1, "it is not UTF-8, as JSON is"))?;
+    let text = text.trim_start_matches('\u{feff}');
+    let values = serde_json::Deserializer::from_str(text).into_iter::<&RawValue>();
+    let values: Vec<&RawValue> = values.collect::<Result<_, _>>().map_err(|error| {
         let problem = format!("column {}: {error}", error.column());
         table.problem(error.line() as u64, problem)
     })?;
-    table.constants = samples.constants;
-    table.radians = samples.radians;
-    let (mut lines, size) = (LineNumbers::new(&text), text.len() as u64);
-    for (index, entry) in samples.entries.into_iter().enumerate() {
-        let line = lines.of(entry.get());
-        let sample: BTreeMap<&str, Value> = serde_json::from_str(entry.get()).map_err(|error| {
-            let problem = format!("sample {}: {error}, expected an object", index + 1);
-            table.problem(line, problem)
-        })?;
-        push(&mut table, &sample);
-        table.lines.push(line);
-        if table.len().is_multiple_of(SAMPLES_PER_REPORT) {
-            progress(lines.place as u64, size);
+    let unexpected = |error: serde_json::Error| error.to_string();
+    let samples: Result<Vec<&RawValue>, String> = match &values[..] {
+        [one] if one.get().starts_with('{') => match samples_of(&mut table, one) {
+            Ok(Some(samples)) => Ok(samples),
+            Ok(None) => return columns(table, one),
+            Err(error) => Err(unexpected(error)),
+        },
+        [one] => serde_json::from_str(one.get()).map_err(unexpected),
+        lines => Ok(lines.to_vec()),
+    };
+    let samples = samples.map_err(|problem| table.problem(1, problem))?;
+    let mut lines = LineNumbers::new(text);
+    for (index, sample) in samples.into_iter().enumerate() {
+        let line = lines.of(sample.get());
+        let mut row = Vec::new();
+        match serde_json::from_str(sample.get()) {
+            Ok(Value::Object(members)) => flatten(&members, "", &mut row),
+            Ok(Value::Array(values)) => {
+                let name =
+                    |(index, value): (usize, &Value)| ((index + 1).to_string(), number(value));
+                row.extend(values.iter().enumerate().map(name));
+            }
+            _ => {
+                let problem = format!("sample {}, expected an object or a list", index + 1);
+                return Err(table.problem(line, problem));
+            }
         }
+        table.push(line, row);
     }
-    progress(size, size);
+    // The joints of a robot, as ROS publishes them.
+    table.radians |= table.names.iter().any(|name| name.starts_with("effort"));
     Ok(table)
 }
 
-fn samples(text: &str) -> Result<Samples<'_>, serde_json::Error> {
-    if text.trim_start().starts_with('[') {
-        return Ok(Samples {
-            entries: serde_json::from_str(text)?,
-            constants: BTreeMap::new(),
-            radians: false,
-        });
+/// The samples in a member of an object; `None` without such a member.
+fn samples_of<'a>(
+    table: &mut Table,
+    object: &'a RawValue,
+) -> Result<Option<Vec<&'a RawValue>>, serde_json::Error> {
+    let members: BTreeMap<String, &RawValue> = serde_json::from_str(object.get())?;
+    let has_samples = |value: &&&RawValue| {
+        let inside = value.get().strip_prefix('[');
+        inside.is_some_and(|inside| inside.trim_start().starts_with('{'))
+    };
+    let samples = members
+        .get("entries")
+        .or_else(|| members.values().find(has_samples));
+    for (theirs, ours) in CONSTANTS {
+        let value = members
+            .get(theirs)
+            .and_then(|value| value.get().parse().ok());
+        table
+            .constants
+            .extend(value.map(|value| (ours.to_owned(), value)));
     }
-    let Run { entries, rest } = serde_json::from_str(text)?;
-    let known = CONSTANTS.iter();
-    let constants = known.filter_map(|(theirs, ours)| {
-        let value = rest.get(*theirs)?.as_f64()?;
-        Some(((*ours).to_owned(), value))
-    });
-    Ok(Samples {
-        entries,
-        constants: constants.collect(),
-        radians: rest.contains_key("trajectory") && rest.contains_key("motor"),
-    })
+    table.radians = members.contains_key("trajectory") && members.contains_key("motor");
+    samples
+        .map(|samples| serde_json::from_str(samples.get()))
+        .transpose()
 }
 
-/// Appends a sample. A new column is filled with missing numbers.
-fn push(table: &mut Table, sample: &BTreeMap<&str, Value>) {
-    let rows = table.lines.len();
-    for (name, value) in sample {
-        let value = match value {
-            Value::Number(number) => number.as_f64().unwrap_or(f64::INFINITY),
-            Value::Bool(flag) => f64::from(u8::from(*flag)),
-            Value::Null => f64::NAN,
-            // Not a number: an error only where it is used.
-            _ => f64::INFINITY,
-        };
-        let known = table.names.iter().position(|known| known == name);
-        let index = known.unwrap_or_else(|| {
-            table.names.push((*name).to_owned());
-            table.columns.push(vec![f64::NAN; rows]);
-            table.names.len() - 1
-        });
-        // The first of several columns with the same name applies.
-        if table.columns[index].len() == rows {
-            table.columns[index].push(value);
+/// The columns of an object with a list or, as pandas writes it, an object for each.
+fn columns(table: Table, object: &RawValue) -> Result<Table, ImportError> {
+    let members: Map<String, Value> = serde_json::from_str(object.get()).unwrap_or_default();
+    // Of pandas with `orient="split"`.
+    if let (Some(Value::Array(names)), Some(Value::Array(rows))) =
+        (members.get("columns"), members.get("data"))
+    {
+        let names = names
+            .iter()
+            .map(|name| name.as_str().unwrap_or_default().to_owned());
+        let names: Vec<String> = names.collect();
+        let mut table = table;
+        for (row, values) in (1..).zip(rows) {
+            let values = values.as_array().into_iter().flatten().map(number);
+            table.push(row, names.iter().cloned().zip(values));
+        }
+        return Ok(table);
+    }
+    let mut columns = Vec::new();
+    lists(&members, "", &mut columns);
+    if columns.is_empty() {
+        let problem = "no samples, expected a list of objects or an object of lists";
+        return Err(table.problem(1, problem));
+    }
+    table.with(Ok(vec![columns]))
+}
+
+/// The lists of numbers in an object and in its members, by name.
+fn lists(members: &Map<String, Value>, prefix: &str, columns: &mut Vec<Column>) {
+    for (name, value) in members {
+        let name = format!("{prefix}{name}");
+        match value {
+            Value::Array(values) => columns.push((name, values.iter().map(number).collect())),
+            Value::Object(rows) if rows.values().all(|row| !row.is_array() && !row.is_object()) => {
+                let index = |(key, value): (&String, &Value)| (key.parse().ok(), number(value));
+                let mut rows: Vec<(Option<u64>, f64)> = rows.iter().map(index).collect();
+                rows.sort_by_key(|(index, _)| *index);
+                columns.push((name, rows.into_iter().map(|(_, value)| value).collect()));
+            }
+            Value::Object(members) => lists(members, &format!("{name}."), columns),
+            _ => {}
         }
     }
-    for column in &mut table.columns {
-        column.resize(rows + 1, f64::NAN);
+}
+
+/// The numbers in an object and in its members, by name.
+fn flatten(members: &Map<String, Value>, prefix: &str, row: &mut Vec<(String, f64)>) {
+    // A message of the joints of a robot names the items of its lists.
+    let joints = members.get("name").and_then(Value::as_array);
+    for (name, value) in members {
+        let name = format!("{prefix}{name}");
+        match value {
+            Value::Object(members) => match stamp_s(members) {
+                Some(time_s) => row.push((name, time_s)),
+                None => flatten(members, &format!("{name}."), row),
+            },
+            Value::Array(values) => {
+                for (index, value) in values.iter().enumerate() {
+                    let joint = joints.and_then(|joints| joints.get(index)?.as_str());
+                    let name = match joint {
+                        Some(joint) => format!("{name}.{joint}"),
+                        None => format!("{name}[{index}]"),
+                    };
+                    row.push((name, number(value)));
+                }
+            }
+            value => row.push((name, number(value))),
+        }
+    }
+}
+
+/// The seconds of a time stamp of ROS.
+fn stamp_s(members: &Map<String, Value>) -> Option<f64> {
+    let of = |names: &[&str; 2]| {
+        let [seconds, rest] = names.map(|name| members.get(name)?.as_f64());
+        Some(seconds? + 1e-9 * rest?)
+    };
+    STAMPS.iter().find_map(of)
+}
+
+/// The number of a value, NaN for null, and infinite for what is no number: that is an error only
+/// where it is used.
+fn number(value: &Value) -> f64 {
+    match value {
+        Value::Number(number) => number.as_f64().unwrap_or(f64::INFINITY),
+        Value::Bool(flag) => f64::from(u8::from(*flag)),
+        Value::Null => f64::NAN,
+        Value::String(text) => {
+            let number = text.parse().ok().filter(|number: &f64| number.is_finite());
+            number
+                .or_else(|| clock::seconds(text))
+                .unwrap_or(f64::INFINITY)
+        }
+        Value::Array(_) | Value::Object(_) => f64::INFINITY,
     }
 }
 

@@ -3,12 +3,12 @@
 //! The `csv` crate would not limit the length of a line, and misnumbers lines after blank ones.
 
 use std::{
-    io::{BufRead, BufReader, Read},
+    borrow::Cow,
+    io::{BufRead, Read},
     path::Path,
 };
 
-use super::{ImportError, MOST_BYTES};
-use crate::bounded_file::BoundedFile;
+use super::{ImportError, Source};
 
 /// The longest line, bytes: a file without line ends is refused instead of filling the memory.
 const LONGEST: usize = 1 << 16;
@@ -32,18 +32,23 @@ impl Delimiter {
     }
 }
 
+/// Characters that start a comment: of numpy and gnuplot, and of MATLAB.
+const COMMENTS: [char; 2] = ['#', '%'];
+
 /// A file that is read line by line.
-pub struct Lines<'a> {
-    path: &'a Path,
-    file: BufReader<BoundedFile>,
+pub struct Lines {
+    source: Source,
     number: u64,
     /// Bytes read so far.
     pub read: u64,
     text: Vec<u8>,
     /// Those of the last line. Reused, because the allocation of each field is slow.
     fields: Vec<String>,
-    /// Detected from the first line where it is not given.
+    /// Detected in each line until it is settled, where it is not given.
     delimiter: Option<Delimiter>,
+    is_settled: bool,
+    /// The last comment before the delimiter is settled.
+    comment: String,
     /// Reused, because its construction is slow.
     reader: csv_core::Reader,
 }
@@ -56,31 +61,56 @@ pub struct TextLine<'a> {
     pub fields: &'a [String],
 }
 
-impl<'a> Lines<'a> {
-    /// Opens a file with this delimiter, or the one detected from the first line.
-    pub fn delimited(path: &'a Path, delimiter: Option<Delimiter>) -> Result<Self, ImportError> {
-        let file = BoundedFile::open(path, MOST_BYTES).map_err(|source| ImportError::Read {
-            path: path.into(),
+impl Lines {
+    /// The lines of a text with this delimiter, or the one that is detected in its lines.
+    pub fn new(source: Source, delimiter: Option<Delimiter>) -> Self {
+        Self {
             source,
-        })?;
-        Ok(Self {
-            path,
-            file: BufReader::new(file),
             number: 0,
             read: 0,
             text: Vec::new(),
             fields: Vec::new(),
             reader: reader(delimiter),
+            is_settled: delimiter.is_some(),
             delimiter,
-        })
+            comment: String::new(),
+        }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        &self.source.path
+    }
+
+    /// The delimiter of the line before is that of all that follow.
+    pub fn settle(&mut self) {
+        self.is_settled = true;
+    }
+
+    /// The fields of the last comment before the delimiter was settled: it may be a header.
+    pub fn comment(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        match Delimiter::of(&self.comment) {
+            Delimiter::Blanks => set(&mut names, self.comment.split_whitespace()),
+            Delimiter::Character(at) => {
+                set(
+                    &mut names,
+                    self.comment.split(char::from(at)).map(str::trim),
+                );
+            }
+        }
+        names
     }
 
     /// The next line that is neither blank nor a comment.
+    ///
+    /// # Errors
+    /// [`ImportError::Read`], and [`ImportError::Content`] for a line that is not text.
     pub fn next_line(&mut self) -> Result<Option<TextLine<'_>>, ImportError> {
         while self.advance()? {
             if self.split()? {
                 return Ok(Some(TextLine {
-                    path: self.path,
+                    path: &self.source.path,
                     number: self.number,
                     fields: &self.fields,
                 }));
@@ -89,20 +119,34 @@ impl<'a> Lines<'a> {
         Ok(None)
     }
 
-    /// Splits the line into its fields; false if it is blank or a comment.
+    /// Splits the line into its fields; false if it is blank, a comment, or Excel's `sep=;`.
     fn split(&mut self) -> Result<bool, ImportError> {
-        let text = str::from_utf8(&self.text)
-            .map_err(|error| self.problem(format!("{error}, expected UTF-8 text")))?;
+        let Some(text) = decoded(&self.text) else {
+            let problem = "a line with a byte of zero, expected text, JSON, MAT, Parquet or xlsx";
+            return Err(self.problem(problem.into()));
+        };
         let text = text
             .trim_start_matches('\u{feff}')
             .trim_matches(['\r', '\n', ' ']);
         let content = text.trim_start();
-        if content.is_empty() || content.starts_with('#') {
+        if content.is_empty() || content.starts_with(COMMENTS) {
+            if !self.is_settled && !content.is_empty() {
+                self.comment = content.trim_start_matches(COMMENTS).trim().to_owned();
+            }
             return Ok(false);
         }
-        if self.delimiter.is_none() {
-            self.delimiter = Some(Delimiter::of(text));
-            self.reader = reader(self.delimiter);
+        if !self.is_settled {
+            if let Some(&[delimiter]) = content.strip_prefix("sep=").map(str::as_bytes) {
+                self.delimiter = Some(Delimiter::Character(delimiter));
+                self.reader = reader(self.delimiter);
+                self.is_settled = true;
+                return Ok(false);
+            }
+            let delimiter = Some(Delimiter::of(text));
+            if self.delimiter != delimiter {
+                self.delimiter = delimiter;
+                self.reader = reader(delimiter);
+            }
         }
         match self.delimiter {
             Some(Delimiter::Blanks) => set(&mut self.fields, text.split_whitespace()),
@@ -123,13 +167,9 @@ impl<'a> Lines<'a> {
     /// Reads the next line into `text`; false at the end of the file.
     fn advance(&mut self) -> Result<bool, ImportError> {
         self.text.clear();
-        let mut part = self.file.by_ref().take(LONGEST as u64);
-        let length =
-            part.read_until(b'\n', &mut self.text)
-                .map_err(|source| ImportError::Read {
-                    path: self.path.into(),
-                    source,
-                })?;
+        let mut part = self.source.reader().take(LONGEST as u64);
+        let length = part.read_until(b'\n', &mut self.text);
+        let length = length.map_err(|error| self.source.unread(error))?;
         self.number += u64::from(length > 0);
         self.read += length as u64;
         if length == LONGEST {
@@ -142,11 +182,23 @@ impl<'a> Lines<'a> {
     /// A problem in the line that was read last.
     pub fn problem(&self, problem: String) -> ImportError {
         ImportError::Content {
-            path: self.path.into(),
+            path: self.source.path.clone(),
             line: self.number.max(1),
             problem,
         }
     }
+}
+
+/// The text of a line, in UTF-8 or, where it is not, in Latin-1 with its `°`; `None` with a byte of
+/// zero.
+fn decoded(line: &[u8]) -> Option<Cow<'_, str>> {
+    if line.contains(&0) {
+        return None;
+    }
+    Some(match str::from_utf8(line) {
+        Ok(text) => text.into(),
+        Err(_) => line.iter().map(|byte| char::from(*byte)).collect(),
+    })
 }
 
 /// A reader of fields with this delimiter.

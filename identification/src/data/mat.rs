@@ -2,15 +2,14 @@
 //! up to version 7, and of scipy.
 //!
 //! After MathWorks, "MAT-File Format", chapter "Level 5 MAT-File Format". The columns are the
-//! numeric vectors of equal length in one struct, or beside each other in the file; of several such
-//! groups the longest. Everything else is left out.
+//! numeric vectors and the columns of the matrices in one struct, or beside each other in the file.
+//! Everything else is left out.
 
-use std::{io::Read, path::Path};
+use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::{ImportError, MOST_BYTES, Table};
-use crate::bounded_file;
+use super::{matrix, source::MOST_BYTES, table::Column};
 
 // Table "MAT-File Data Types".
 const MI_UTF8: u32 = 16;
@@ -19,6 +18,8 @@ const MI_COMPRESSED: u32 = 15;
 
 // Table "MATLAB Array Types (Classes)".
 const MX_STRUCT: u32 = 2;
+const MX_OBJECT: u32 = 3;
+const MX_OPAQUE: u32 = 17;
 const MX_NUMBERS: std::ops::RangeInclusive<u32> = 6..=15;
 /// Bit of the flags of an array with an imaginary part.
 const COMPLEX: u32 = 0x0800;
@@ -26,39 +27,15 @@ const COMPLEX: u32 = 0x0800;
 /// The length of the head of a file.
 const HEAD: usize = 128;
 
-/// Reads the file.
-pub fn read(path: &Path) -> Result<Table, ImportError> {
-    let bytes = bounded_file::read(path, MOST_BYTES).map_err(|source| ImportError::Read {
-        path: path.into(),
-        source,
-    })?;
-    let mut table = Table {
-        path: path.into(),
-        header_line: 1,
-        ..Table::default()
-    };
-    let columns = columns(&bytes).map_err(|problem| table.problem(1, problem))?;
-    let rows = columns.first().map_or(0, |(_, column)| column.len());
-    (table.names, table.columns) = columns.into_iter().unzip();
-    // Rows have no lines: they are counted.
-    table.lines = (1..=rows as u64).collect();
-    Ok(table)
-}
-
-/// A column with its name.
-type Column = (String, Vec<f64>);
-
-fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
+/// The groups of columns in a file: those of each struct, and those beside each other.
+pub fn groups(bytes: &[u8]) -> Result<Vec<Vec<Column>>, String> {
     let expected = "expected a MAT file of level 5, as `save -v6` or `save -v7` writes it";
-    if bytes.starts_with(b"MATLAB 7.3") {
-        return Err(format!("a MAT file of version 7.3, {expected}"));
-    }
     let (head, mut rest) = bytes.split_at_checked(HEAD).ok_or(expected)?;
     // Version 1.0, and `MI` as a processor of this byte order writes it.
     if head[124..] != *b"\x00\x01IM" {
         return Err(expected.into());
     }
-    let (mut beside, mut groups) = (Vec::new(), Vec::new());
+    let (mut beside, mut groups, mut objects) = (Vec::new(), Vec::new(), Vec::new());
     while !rest.is_empty() {
         let element = Element::next(&mut rest).ok_or("the file is cut off")?;
         let inflated;
@@ -69,18 +46,22 @@ fn columns(bytes: &[u8]) -> Result<Vec<Column>, String> {
             }
             _ => element,
         };
-        match matrix.value().ok_or("a variable is damaged")? {
-            (name, Value::Numbers(column)) => beside.push((name, column)),
+        match matrix.value(None).ok_or("a variable is damaged")? {
+            (_, Value::Numbers(columns)) => beside.extend(columns),
             (_, Value::Struct(fields)) => groups.push(fields),
+            (name, Value::Object) => objects.push(name),
             (_, Value::Other) => {}
         }
     }
     groups.push(beside);
-    let longest = |group: &Vec<Column>| group.iter().map(|(_, c)| c.len()).max().unwrap_or(0);
-    let group = groups.into_iter().max_by_key(longest).unwrap_or_default();
-    let rows = longest(&group);
-    let columns = group.into_iter().filter(|(_, column)| column.len() == rows);
-    Ok(columns.collect())
+    match objects.first() {
+        Some(name) if groups.iter().all(Vec::is_empty) => Err(format!(
+            "`{name}` is an object, as a timetable or iddata, expected vectors: of a timetable \
+             `time_s = seconds(x.Time); angle_deg = x.angle;`, of iddata `time_s = \
+             x.SamplingInstants; command_deg = x.u; angle_deg = x.y;`"
+        )),
+        _ => Ok(groups),
+    }
 }
 
 /// A data element: a tag and its content.
@@ -91,9 +72,11 @@ struct Element<'a> {
 
 /// What is read of an array.
 enum Value {
-    Numbers(Vec<f64>),
-    /// The numeric vectors of a struct.
+    /// The columns of a vector or a matrix.
+    Numbers(Vec<Column>),
+    /// Those of the fields of a struct.
     Struct(Vec<Column>),
+    Object,
     Other,
 }
 
@@ -128,27 +111,34 @@ impl<'a> Element<'a> {
         Ok(bytes)
     }
 
-    /// The name and the content of an array. `None` if it is damaged.
-    fn value(&self) -> Option<(String, Value)> {
+    /// The name and the content of an array, whose name in a struct is this one. `None` if it is
+    /// damaged.
+    fn value(&self, field: Option<String>) -> Option<(String, Value)> {
         if self.kind != MI_MATRIX {
             return Some((String::new(), Value::Other));
         }
         let mut rest = self.data;
         let flags = Element::next(&mut rest)?.numbers()?;
         let flags = *flags.first()? as u32;
+        let class = flags & 0xff;
+        if class == MX_OPAQUE {
+            return Some((Element::next(&mut rest)?.text(), Value::Object));
+        }
         let sizes = Element::next(&mut rest)?.numbers()?;
         let name = Element::next(&mut rest)?.text();
-        let class = flags & 0xff;
+        let name = field.unwrap_or(name);
         let count: f64 = sizes.iter().product();
-        let is_vector = sizes.iter().filter(|size| **size != 1.0).count() <= 1;
         let value = match class {
             MX_STRUCT if count == 1.0 => Value::Struct(fields(rest)?),
-            _ if MX_NUMBERS.contains(&class) && flags & COMPLEX == 0 && is_vector => {
+            MX_OBJECT => Value::Object,
+            _ if MX_NUMBERS.contains(&class) && flags & COMPLEX == 0 => {
                 let numbers = Element::next(&mut rest)?.numbers()?;
                 if numbers.len() as f64 != count {
                     return None;
                 }
-                Value::Numbers(numbers)
+                // Columns are contiguous.
+                let sizes: Vec<usize> = sizes.iter().rev().map(|size| *size as usize).collect();
+                Value::Numbers(matrix::rows(&name, &sizes, numbers))
             }
             _ => Value::Other,
         };
@@ -191,10 +181,11 @@ fn fields(mut rest: &[u8]) -> Option<Vec<Column>> {
     let names = Element::next(&mut rest)?.data;
     let mut columns = Vec::new();
     for name in names.chunks(length.max(1)) {
-        let (_, value) = Element::next(&mut rest)?.value()?;
-        if let Value::Numbers(column) = value {
-            let name = String::from_utf8_lossy(name);
-            columns.push((name.trim_end_matches('\0').into(), column));
+        let name = String::from_utf8_lossy(name)
+            .trim_end_matches('\0')
+            .to_owned();
+        if let (_, Value::Numbers(found)) = Element::next(&mut rest)?.value(Some(name))? {
+            columns.extend(found);
         }
     }
     Some(columns)
@@ -218,18 +209,20 @@ mod tests {
             ("angle_deg".to_owned(), vec![1.0, -2.0]),
         ];
         for file in [COMPRESSED, PLAIN] {
-            assert_eq!(columns(file), Ok(expected.to_vec()));
+            assert_eq!(groups(file), Ok(vec![expected.to_vec()]));
         }
     }
 
     #[test]
     fn other_versions_and_other_files_are_named() {
         for (bytes, expected) in [
-            (b"MATLAB 7.3 MAT-file".as_slice(), "version 7.3, expected"),
-            (b"time_s,angle_deg\n", "expected a MAT file of level 5"),
+            (
+                b"time_s,angle_deg\n".as_slice(),
+                "expected a MAT file of level 5",
+            ),
             (&PLAIN[..PLAIN.len() - 20], "cut off"),
         ] {
-            let problem = columns(bytes).expect_err("not a MAT file of level 5");
+            let problem = groups(bytes).expect_err("not a MAT file of level 5");
             assert!(problem.contains(expected), "{problem}");
         }
     }
@@ -244,8 +237,8 @@ mod tests {
                 if let Some(byte) = bytes.get_mut(at) {
                     *byte = to;
                 }
-                let _ = columns(&bytes);
-                let _ = columns(&bytes[..cut.min(bytes.len())]);
+                let _ = groups(&bytes);
+                let _ = groups(&bytes[..cut.min(bytes.len())]);
             }
         }
     }

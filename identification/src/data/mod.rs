@@ -1,17 +1,27 @@
-//! Imports recordings from text files with named columns, from JSON and from MAT files.
+//! Imports recordings from files.
 //!
-//! A file is read into a [`Table`]; [`Columns`] assigns quantities and units to its columns;
-//! cleaning makes a [`Recording`] of it and [`Note`]s, each with its line. A problem that could be
+//! A [`Source`] removes the envelopes of a file and determines its format; a reader for each format
+//! makes a [`Table`] of it; [`Columns`] assigns quantities and units to its columns; cleaning makes a [`Recording`] of it and [`Note`]s, each with its line. A problem that could be
 //! corrected only by guessing is an error with file and line.
 
 mod clean;
 mod clipping;
+mod clock;
 mod column;
+mod dataflash;
 mod delimited;
+mod hdf5;
 mod json;
+mod lerobot;
 pub mod lines;
 mod mat;
+mod matrix;
+mod names;
+mod parquet;
+mod source;
+mod spreadsheet;
 mod table;
+mod times;
 mod unit;
 
 #[cfg(test)]
@@ -25,7 +35,8 @@ use std::{
 
 pub use column::{ColumnSelection, Columns, Quantity};
 pub use lines::Delimiter;
-pub use table::{Format, Table};
+pub use source::{Format, Source};
+pub use table::Table;
 
 use super::recording::{Hold, Recording};
 
@@ -36,6 +47,8 @@ pub struct Import {
     pub columns: Columns,
     /// The delimiter of a text file; detected from its first line where it is not given.
     pub delimiter: Option<Delimiter>,
+    /// The rate of samples at equal intervals, Hz; the time column is then left out.
+    pub rate_hz: Option<f64>,
     /// The time window to import, s.
     pub window_s: Option<(f64, f64)>,
     /// Whether clipped samples are compared as well.
@@ -100,9 +113,6 @@ pub enum ImportError {
     },
 }
 
-/// The most bytes of a file: more than a MAT file without compression may have.
-const MOST_BYTES: u64 = 1 << 31;
-
 /// Receives the number of bytes read, and their total.
 pub type Progress<'a> = dyn FnMut(u64, u64) + 'a;
 
@@ -116,12 +126,43 @@ impl Import {
         self.recording(&Table::read(path, self.delimiter, progress)?)
     }
 
+    /// Reads all recordings of a path: that of a file, or the episodes of a LeRobot data set in a
+    /// folder.
+    ///
+    /// # Errors
+    /// Those of [`Import::read`].
+    pub fn read_all(
+        &self,
+        path: &Path,
+        progress: &mut Progress<'_>,
+    ) -> Result<Vec<Imported>, ImportError> {
+        match path.is_dir() {
+            true => lerobot::read(self, path, progress),
+            false => Ok(vec![self.read(path, progress)?]),
+        }
+    }
+
     /// The recording in a table, by the rules for files.
     ///
     /// # Errors
     /// [`ImportError::Content`], as [`Import::read`].
     pub fn recording(&self, table: &Table) -> Result<Imported, ImportError> {
-        let columns = self.columns.of(table, self.may_lack_command)?;
+        let may_lack = |quantity| match quantity {
+            Quantity::Time => self.rate_hz.is_some(),
+            Quantity::Command => self.may_lack_command,
+            Quantity::Angle => false,
+            _ => true,
+        };
+        let columns = self.columns.of(table, may_lack)?;
         clean::recording(self, table, &columns)
     }
+}
+
+/// The problem of a file that this program was built without reading.
+#[cfg(not(all(feature = "parquet", feature = "xlsx", feature = "hdf5")))]
+fn not_built(what: &str) -> String {
+    format!(
+        "{what}, which this program was built without: `cargo build --release --features formats` \
+         reads it; expected CSV, JSON or MAT of version 5, or in Python a data frame"
+    )
 }

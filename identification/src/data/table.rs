@@ -5,7 +5,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use super::{Delimiter, ImportError, Progress, delimited, json, mat};
+use super::{
+    Delimiter, Format, ImportError, Progress, Source, dataflash, delimited, hdf5, json, mat,
+    parquet,
+};
 
 /// The numbers of a file, with the line of each row.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -26,40 +29,14 @@ pub struct Table {
     pub constants: BTreeMap<String, f64>,
     /// Whether angles without a unit are in radians.
     pub radians: bool,
+    /// Columns that are left out, with the reason.
+    pub left_out: Vec<String>,
+    /// Irregularities by line.
+    pub notes: Vec<(u64, String)>,
 }
 
-/// The format of a file, by the suffix of its name.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Format {
-    /// Text with one row in each line; any suffix but the others.
-    Text,
-    /// `.json`.
-    Json,
-    /// `.mat`.
-    Mat,
-}
-
-impl Format {
-    /// The format of the file of this name.
-    ///
-    /// ```
-    /// use identification::data::Format;
-    ///
-    /// assert_eq!(Format::of("run.MAT".as_ref()), Format::Mat);
-    /// assert_eq!(Format::of("run.csv".as_ref()), Format::Text);
-    /// ```
-    pub fn of(path: &Path) -> Self {
-        let is = |suffix| {
-            path.extension()
-                .is_some_and(|e| e.eq_ignore_ascii_case(suffix))
-        };
-        match () {
-            () if is("json") => Self::Json,
-            () if is("mat") => Self::Mat,
-            () => Self::Text,
-        }
-    }
-}
+/// A column with its name.
+pub type Column = (String, Vec<f64>);
 
 impl Table {
     /// Reads a file; the delimiter is that of a text file.
@@ -72,11 +49,106 @@ impl Table {
         delimiter: Option<Delimiter>,
         progress: &mut Progress<'_>,
     ) -> Result<Self, ImportError> {
-        match Format::of(path) {
-            Format::Text => delimited::read(path, delimiter, progress),
-            Format::Json => json::read(path, progress),
-            Format::Mat => mat::read(path),
+        Self::of(Source::open(path)?, delimiter, progress)
+    }
+
+    /// Reads an opened file, as [`Table::read`].
+    ///
+    /// # Errors
+    /// Those of [`Table::read`].
+    pub fn of(
+        mut source: Source,
+        delimiter: Option<Delimiter>,
+        progress: &mut Progress<'_>,
+    ) -> Result<Self, ImportError> {
+        let read: fn(Vec<u8>, Table) -> Result<Table, ImportError> = match source.format {
+            Format::Text => return delimited::read(source, delimiter, progress),
+            Format::Json => json::read,
+            Format::Mat => |bytes, table| table.with(mat::groups(&bytes)),
+            Format::Hdf5 => |bytes, table| table.with(hdf5::groups(bytes)),
+            Format::Parquet => parquet::read,
+            Format::Dataflash => |bytes, table| Ok(dataflash::read(&bytes, table)),
+        };
+        let bytes = source.bytes()?;
+        progress(source.size, source.size);
+        let table = Self {
+            path: source.path,
+            header_line: 1,
+            ..Self::default()
+        };
+        read(bytes, table)
+    }
+
+    /// This table with the columns of the longest of several groups. Columns of another length are
+    /// left out.
+    ///
+    /// # Errors
+    /// [`ImportError::Content`] with the problem of the groups.
+    pub fn with(mut self, groups: Result<Vec<Vec<Column>>, String>) -> Result<Self, ImportError> {
+        let groups = groups.map_err(|problem| self.problem(1, problem))?;
+        let longest = |group: &Vec<Column>| group.iter().map(|(_, c)| c.len()).max().unwrap_or(0);
+        let group = groups.into_iter().max_by_key(longest).unwrap_or_default();
+        let rows = longest(&group);
+        for (name, column) in group {
+            if column.len() == rows {
+                self.names.push(name);
+                self.columns.push(column);
+            } else {
+                let reason = format!("`{name}` with {} samples", column.len());
+                self.left_out.push(reason);
+            }
         }
+        // Rows have no lines: they are counted.
+        self.lines = (1..=rows as u64).collect();
+        Ok(self)
+    }
+
+    /// Appends a row of values by name. A new column is filled with missing numbers; the first of
+    /// several values with the same name applies.
+    pub fn push(&mut self, line: u64, row: impl IntoIterator<Item = (String, f64)>) {
+        let rows = self.lines.len();
+        for (place, (name, value)) in row.into_iter().enumerate() {
+            // Most rows have the same names in the same order.
+            let is_it = |index: &usize| self.names[*index] == name;
+            let known = Some(place)
+                .filter(|&place| place < self.names.len())
+                .filter(is_it);
+            let known = known.or_else(|| (0..self.names.len()).find(|index| is_it(index)));
+            let index = known.unwrap_or_else(|| {
+                self.names.push(name);
+                self.columns.push(vec![f64::NAN; rows]);
+                self.names.len() - 1
+            });
+            if self.columns[index].len() == rows {
+                self.columns[index].push(value);
+            }
+        }
+        for column in &mut self.columns {
+            column.resize(rows + 1, f64::NAN);
+        }
+        self.lines.push(line);
+    }
+
+    /// Sets the unit of a column.
+    pub fn set_unit(&mut self, index: usize, unit: &str) {
+        self.units.resize(self.names.len(), String::new());
+        if self.units[index] != unit {
+            unit.clone_into(&mut self.units[index]);
+        }
+    }
+
+    /// The names of the columns, for messages.
+    pub fn described(&self) -> String {
+        let names = self.names.join("`, `");
+        let left_out = match &self.left_out[..] {
+            [] => String::new(),
+            all => format!(
+                "; left out are {}, where others have {}",
+                all.join(", "),
+                self.len()
+            ),
+        };
+        format!("the columns are `{names}`{left_out}")
     }
 
     /// A problem at a line.

@@ -3,7 +3,7 @@
 use crate::recording::Recording;
 
 /// Ratio of angle and command with the explanation that it suggests.
-const SUSPICIOUS: [(f64, &str); 4] = [
+const SUSPICIOUS: [(f64, &str); 7] = [
     (
         std::f64::consts::PI / 180.0,
         "the angle looks like rad where the command is in deg",
@@ -20,6 +20,20 @@ const SUSPICIOUS: [(f64, &str); 4] = [
         1e3,
         "the angle looks like thousandths of the command's unit",
     ),
+    (
+        4096.0 / 360.0,
+        "the angle looks like counts of 4096 a turn (unit count12) where the command is in deg",
+    ),
+    (
+        360.0 / 4096.0,
+        "the command looks like counts of 4096 a turn (unit count12), or like the microseconds of \
+         a pulse, 0.09 deg each, where the angle is in deg",
+    ),
+    (
+        0.18,
+        "the command looks like the microseconds of a pulse, 0.18 deg each, where the angle is in \
+         deg",
+    ),
 ];
 
 /// Relative distance from a factor within which a gain is suspicious; servos are within a few
@@ -34,6 +48,8 @@ const NEAR: f64 = 0.1;
 /// assert!(suspicion(&Recording::default(), Some(1.02)).is_none());
 /// assert!(suspicion(&Recording::default(), Some(-0.98)).unwrap().contains("sign"));
 /// assert!(suspicion(&Recording::default(), Some(0.0174)).unwrap().contains("rad"));
+/// assert!(suspicion(&Recording::default(), Some(11.4)).unwrap().contains("counts"));
+/// assert!(suspicion(&Recording::default(), Some(0.182)).unwrap().contains("microseconds"));
 /// ```
 pub fn suspicion(recording: &Recording, gain: Option<f64>) -> Option<String> {
     let ranges = || range(&recording.angle_deg) / range(&recording.command_deg);

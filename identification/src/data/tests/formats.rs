@@ -1,0 +1,286 @@
+//! Envelopes and formats other than text.
+
+use std::io::Write;
+
+use flate2::{Compression, write::GzEncoder};
+
+use super::*;
+
+const TEXT: &str = "time_s,command_deg,angle_deg\n0,1,2\n0.1,3,4\n";
+
+fn gzipped(bytes: &[u8]) -> Vec<u8> {
+    let mut file = GzEncoder::new(Vec::new(), Compression::fast());
+    file.write_all(bytes).expect("memory");
+    file.finish().expect("memory")
+}
+
+fn zipped(files: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    for (name, bytes) in files {
+        let options = zip::write::SimpleFileOptions::default();
+        archive.start_file(*name, options).expect("memory");
+        archive.write_all(bytes).expect("memory");
+    }
+    archive.finish().expect("memory").into_inner()
+}
+
+#[test]
+fn envelopes_are_removed_whatever_the_name_is() {
+    let gz = gzipped(TEXT.as_bytes());
+    for bytes in [
+        gz.clone(),
+        zipped(&[("run/run.csv", TEXT.as_bytes()), ("__MACOSX/run.csv", b"x")]),
+        zipped(&[("run.csv.gz", &gz)]),
+    ] {
+        let read = read_as(&Import::default(), "run.dat", bytes).expect("a file");
+        assert_eq!(read.recording.angle_deg, [2.0, 4.0]);
+    }
+    let two = zipped(&[("a.csv", b"1"), ("b.csv", b"2")]);
+    let error = read_as(&Import::default(), "run.zip", two).expect_err("two files");
+    assert_eq!(
+        error,
+        "run.zip:1: a zip archive with 2 files, expected one: a.csv, b.csv"
+    );
+}
+
+#[test]
+fn a_file_that_is_not_read_is_named() {
+    for (bytes, expected) in [
+        (
+            &b"\x89MCAP0\r\n"[..],
+            "an MCAP file, expected CSV, as PlotJuggler",
+        ),
+        (b"SQLite format 3\0...", "a SQLite database"),
+        (b"\xd0\xcf\x11\xe0....", "a workbook of Excel before 2007"),
+        (b"\x28\xb5\x2f\xfd..", "a zstd file, expected it unpacked"),
+        (b"\x1f\x8bxx", "it cannot be unpacked"),
+        (b"PK\x03\x04xx", "a damaged zip archive"),
+        (
+            b"\x01\x00\x02\x00\n",
+            "a line with a byte of zero, expected text",
+        ),
+    ] {
+        let error = read_as(&Import::default(), "run.csv", bytes).expect_err("not readable");
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+fn json_of_records_lines_arrays_and_data_frames_is_read() {
+    for text in [
+        r#"[{"time_s": 0, "command_deg": 1, "angle_deg": 2}, {"time_s": 0.1, "command_deg": 3, "angle_deg": 4}]"#,
+        "{\"time_s\": 0, \"command_deg\": 1, \"angle_deg\": 2}\n{\"time_s\": 0.1, \"command_deg\": 3, \"angle_deg\": 4}\n",
+        r#"{"rate": 10, "time_s": [0, 0.1], "command_deg": [1, 3], "angle_deg": [2, 4]}"#,
+        r#"{"run": {"time_s": [0, 0.1], "command_deg": [1, 3], "angle_deg": [2, 4]}}"#,
+        r#"{"time_s": {"9": 0, "10": 0.1}, "command_deg": {"9": 1, "10": 3}, "angle_deg": {"9": 2, "10": 4}}"#,
+        r#"{"columns": ["time_s", "command_deg", "angle_deg"], "index": [0, 1], "data": [[0, 1, 2], [0.1, 3, 4]]}"#,
+        r#"{"meta": "x", "samples": [{"time_s": 0, "command_deg": 1, "angle_deg": 2}, {"time_s": "0.1", "command_deg": 3, "angle_deg": 4}]}"#,
+    ] {
+        let read = read_as(&Import::default(), "run.json", text)
+            .expect(text)
+            .recording;
+        assert_eq!(read.time_s, [0.0, 0.1], "{text}");
+        assert_eq!(
+            (read.command_deg[1], read.angle_deg[1]),
+            (3.0, 4.0),
+            "{text}"
+        );
+    }
+    let import = with_columns(&["time=1", "command=2", "angle=3"]);
+    let rows = read_as(&import, "run.json", "[[0, 1, 2], [0.1, 3, 4]]").expect("rows");
+    assert_eq!(rows.recording.angle_deg, [2.0, 4.0]);
+}
+
+#[test]
+fn joint_states_of_ros_have_radians_and_their_joints() {
+    let message = |seconds: u32, angle: f64| {
+        format!(
+            r#"{{"header": {{"stamp": {{"sec": {seconds}, "nanosec": 500000000}}, "frame_id": ""}}, "name": ["wrist", "elbow"], "position": [9, {angle}], "velocity": [0, 0], "effort": [0, 0]}}"#
+        )
+    };
+    let text = format!("{}\n{}\n", message(0, 0.0), message(1, 0.5));
+    let import = Import {
+        columns: Columns {
+            selected: Vec::new(),
+            joint: Some("elbow".into()),
+        },
+        may_lack_command: true,
+        ..Import::default()
+    };
+    let read = read_as(&import, "run.json", text)
+        .expect("messages")
+        .recording;
+    assert_eq!(read.time_s, [0.5, 1.5]);
+    assert_eq!(read.angle_deg, [0.0, 0.5_f64.to_degrees()]);
+}
+
+/// A message of a dataflash log.
+fn message(kind: u8, body: &[&[u8]]) -> Vec<u8> {
+    let mut bytes = vec![0xa3, 0x95, kind];
+    bytes.extend(body.concat());
+    bytes
+}
+
+/// The message that describes another one.
+fn format_of(kind: u8, length: u8, name: &str, types: &str, fields: &str) -> Vec<u8> {
+    let padded = |text: &str, length| {
+        let mut bytes = text.as_bytes().to_vec();
+        bytes.resize(length, 0);
+        bytes
+    };
+    let texts = [padded(name, 4), padded(types, 16), padded(fields, 64)].concat();
+    message(128, &[&[kind, length], &texts])
+}
+
+#[test]
+fn the_servo_messages_of_an_autopilot_are_rows_at_their_own_times() {
+    let mut log = [
+        format_of(128, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns"),
+        format_of(1, 15, "RCOU", "QHH", "TimeUS,C1,C2"),
+        format_of(2, 25, "CSRV", "QBfffB", "TimeUS,Id,Pos,Force,Speed,Pow"),
+    ]
+    .concat();
+    for i in 0..10_u64 {
+        let (pulse, angle) = (
+            (1500 + 10 * i as u16).to_le_bytes(),
+            (0.1 * i as f32).to_le_bytes(),
+        );
+        log.extend(message(1, &[&(20_000 * i).to_le_bytes(), &pulse, &[0; 2]]));
+        let time = (20_000 * i + 5000).to_le_bytes();
+        log.extend(message(2, &[&time, &[3], &angle, &[0; 9]]));
+        // A damaged byte.
+        log.push(7);
+    }
+    let import = with_columns(&["command=RCOU.C1:0.09", "angle=CSRV3.Pos"]);
+    let read = read_as(&import, "00000012.BIN", log)
+        .expect("a log")
+        .recording;
+    assert_eq!(read.len(), 20);
+    assert_eq!(read.command_deg[18], 1590.0 * 0.09);
+    assert!((read.angle_deg[19] - 0.9_f64.to_degrees()).abs() < 1e-5);
+    assert!(read.angle_deg[18].is_nan() && read.command_deg[19].is_nan());
+    assert!((read.time_s[19] - 0.185).abs() < 1e-12);
+}
+
+/// As the other files of other libraries, by `files.py`.
+const MATRIX: &[u8] = include_bytes!("matrix.mat");
+
+#[test]
+fn the_columns_of_a_matrix_are_columns() {
+    for third in ["data(:,3)", "data[:,3]", "3"] {
+        let angle = format!("angle={third}");
+        let import = with_columns(&["time=data(:,1)", "command=data(:,2):rad", &angle]);
+        let read = read_as(&import, "run.mat", MATRIX)
+            .expect("a matrix")
+            .recording;
+        assert_eq!(read.time_s, [0.0, 0.1, 0.2, 0.3]);
+        assert!(
+            (read.angle_deg[3] - 8_f64.to_degrees()).abs() < 1e-9,
+            "{third}"
+        );
+    }
+    let error = read_as(&Import::default(), "run.mat", MATRIX).expect_err("no names");
+    assert!(
+        error.contains("`data(:,1)`, `data(:,2)`, `data(:,3)`"),
+        "{error}"
+    );
+}
+
+#[test]
+fn vectors_of_other_lengths_are_named_where_a_column_is_missing() {
+    let text = r#"{"time_s": [0, 1, 2], "command_deg": [1, 2, 3], "angle_deg": [1, 2]}"#;
+    let error = read_as(&Import::default(), "run.json", text).expect_err("two lengths");
+    assert!(
+        error.contains("left out are `angle_deg` with 2 samples, where others have 3"),
+        "{error}"
+    );
+}
+
+/// A table of two rows by pandas and h5py.
+#[cfg(all(feature = "parquet", feature = "xlsx", feature = "hdf5"))]
+#[test]
+fn workbooks_parquet_and_hdf5_are_read() {
+    for bytes in [
+        &include_bytes!("table.xlsx")[..],
+        include_bytes!("table.parquet"),
+        include_bytes!("table.h5"),
+    ] {
+        let read = read_as(&Import::default(), "run.dat", bytes)
+            .expect("a table")
+            .recording;
+        assert_eq!(read.time_s, [0.0, 0.1]);
+        assert_eq!((read.command_deg[1], read.angle_deg[1]), (3.0, 4.0));
+        // A cut file is refused.
+        let cut = &bytes[..bytes.len() / 2];
+        read_as(&Import::default(), "run.dat", cut).expect_err("cut off");
+    }
+}
+
+#[cfg(not(all(feature = "parquet", feature = "xlsx", feature = "hdf5")))]
+#[test]
+fn formats_that_the_program_was_built_without_are_named() {
+    for (bytes, expected) in [
+        (
+            &include_bytes!("table.xlsx")[..],
+            "a workbook of Excel, which this program",
+        ),
+        (
+            include_bytes!("table.parquet"),
+            "a Parquet file, which this program",
+        ),
+        (
+            include_bytes!("table.h5"),
+            "an HDF5 file, as MAT of version 7.3 is, which this",
+        ),
+    ] {
+        let error = read_as(&Import::default(), "run.dat", bytes).expect_err("not built");
+        assert!(error.contains(expected), "{error}");
+    }
+}
+
+#[test]
+#[cfg(feature = "parquet")]
+fn each_episode_of_a_lerobot_data_set_is_a_recording_of_the_joint() {
+    for (names, version) in [
+        (r#"["wrist.pos", "elbow.pos"]"#, "v3.0"),
+        (r#"{"motors": ["wrist", "elbow"]}"#, "v2.1"),
+    ] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let data = folder.path().join("data/chunk-000");
+        fs::create_dir_all(&data).expect("a folder");
+        fs::create_dir_all(folder.path().join("meta")).expect("a folder");
+        fs::write(
+            data.join("file-000.parquet"),
+            include_bytes!("episodes.parquet"),
+        )
+        .expect("data");
+        let feature = format!(r#"{{"names": {names}}}"#);
+        let info = format!(
+            r#"{{"codebase_version": "{version}", "fps": 10, "features": {{"action": {feature}, "observation.state": {feature}}}}}"#
+        );
+        fs::write(folder.path().join("meta/info.json"), info).expect("the description");
+        let of_joint = |joint: Option<&str>| Import {
+            columns: Columns {
+                selected: Vec::new(),
+                joint: joint.map(String::from),
+            },
+            ..Import::default()
+        };
+        let read = |joint| of_joint(joint).read_all(folder.path(), &mut |_, _| {});
+        let episodes = read(Some("elbow")).expect("two episodes");
+        let recordings: Vec<_> = episodes.iter().map(|e| &e.recording).collect();
+        assert_eq!(recordings[0].command_deg, [5.0, 6.0]);
+        assert_eq!(recordings[1].angle_deg, [7.0, 8.0]);
+        assert_eq!(recordings[1].name, "episode 1");
+        assert!(
+            episodes[0].notes[0].text.contains("10 Hz"),
+            "{:?}",
+            episodes[0].notes
+        );
+        let error = read(None).expect_err("no joint").to_string();
+        assert!(
+            error.contains("expected --joint with one of wrist, elbow"),
+            "{error}"
+        );
+    }
+}
