@@ -12,7 +12,7 @@ end in their unit. One tick is 50 us. Results are bit-identical to those of the 
 from ._native import __version__
 from ._batch import ActuatorBatch
 from ._control import to_control
-from ._identify import Estimate, FittedModel, Identification, identify
+from ._identify import Estimate, FitWarning, FittedModel, Identification, identify
 from ._sensitivity import sensitivity
 from ._simulate import monte_carlo, simulate
 from ._stepped import Actuator, Reading
@@ -23,6 +23,7 @@ __all__ = [
     "Actuator",
     "ActuatorBatch",
     "Estimate",
+    "FitWarning",
     "FittedModel",
     "Identification",
     "Reading",

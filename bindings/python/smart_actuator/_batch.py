@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arguments, _native
+from ._choices import ModelName, PlantName
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -44,8 +45,8 @@ class ActuatorBatch:
         *,
         count: Optional[int] = None,
         step_s: float = 0.02,
-        model: str = "board",
-        plant: Optional[str] = None,
+        model: ModelName = "board",
+        plant: Optional[PlantName] = None,
         preset: Optional[str] = None,
         seed: int = 0,
         threads: Optional[int] = None,

@@ -7,6 +7,7 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _arguments, _native
+from ._choices import LoopName, ModelName
 
 #: Of an approximation of a delay: a higher one is lost in rounding.
 _HIGHEST_ORDER = 20
@@ -20,10 +21,10 @@ def _values(model: str, preset: Optional[str], given: dict[str, float]) -> dict[
 
 
 def to_control(
-    model: str = "grey-box",
+    model: ModelName = "grey-box",
     *,
     preset: Optional[str] = None,
-    loop: str = "closed",
+    loop: LoopName = "closed",
     pade: int = 0,
     **parameters: float,
 ) -> Any:
@@ -44,9 +45,9 @@ def to_control(
     """
     import control
 
+    _arguments.text("loop", loop)
     given = _values(_arguments.text("model", model), preset, parameters)
     order = _arguments.whole("pade", pade, 0, _HIGHEST_ORDER)
-    loop = _arguments.text("loop", loop)
     s = control.tf("s")
     if model == "black-box-1":
         systems = {"closed": given["gain"] * given["pole_rad_s"] / (s + given["pole_rad_s"])}

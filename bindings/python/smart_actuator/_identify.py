@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from typing import Any, Dict, Iterable, List, Mapping, Optional, Protocol, Sequence, Tuple, TypedDict, Union, cast
 
 from numpy.typing import ArrayLike
 
 from . import _arguments, _columns, _native
+from ._choices import DelimiterName, HoldName, LossName
 from ._progress import Progress, reported
 
 #: A file, or its columns by name: a trace, a mapping, a data frame or a structured array.
@@ -30,7 +32,7 @@ class DataFrame(Protocol):
 class Estimate(TypedDict):
     """A parameter of a fitted model.
 
-    ``standard_error`` is the Cramer-Rao bound for white residuals, ``standard_error_coloured`` that
+    ``estimate`` is None for a limit that does not act. ``standard_error`` is the Cramer-Rao bound for white residuals, ``standard_error_coloured`` that
     for correlated ones; both are None for a parameter that is fixed, at its bound, or not
     identifiable. ``experiment`` is the recording whose own parameter it is, None if all recordings
     share it.
@@ -38,7 +40,7 @@ class Estimate(TypedDict):
 
     name: str
     unit: str
-    estimate: float
+    estimate: Optional[float]
     standard_error: Optional[float]
     standard_error_coloured: Optional[float]
     at_bound: bool
@@ -65,7 +67,8 @@ class FittedModel(_Model, total=False):
     """A fitted model.
 
     ``fit_percent`` is the normalised root mean square error as a fit, %, ``noise_deg`` the standard
-    deviation of the residuals, deg. ``experiments`` and ``validation`` hold figures of merit and
+    deviation of the residuals, deg. ``doubts`` are those of the ``warnings`` that say why the
+    intervals of the estimates may not cover the true values. ``experiments`` and ``validation`` hold figures of merit and
     residual correlations of each recording.
     """
 
@@ -81,6 +84,9 @@ class FittedModel(_Model, total=False):
     covariance: List[List[float]]
     covariance_coloured: List[List[float]]
     search: dict[str, Any]
+    loss: dict[str, Any]
+    doubts: List[str]
+    intervals_hold: bool
     experiments: List[dict[str, Any]]
     validation: List[dict[str, Any]]
 
@@ -93,6 +99,10 @@ class Identification(TypedDict):
     models: List[FittedModel]
     second_opinion: dict[str, Any]
     notes: List[dict[str, Any]]
+
+
+class FitWarning(UserWarning):
+    """A doubt about a recording or a fit; :func:`identify` also returns it in ``warnings``."""
 
 
 def identify(
@@ -108,22 +118,23 @@ def identify(
     share: Union[str, Sequence[str]] = (),
     starts: int = 8,
     seed: int = 0,
-    loss: str = "auto",
+    loss: LossName = "auto",
     columns: Optional[Mapping[str, str]] = None,
     joint: Optional[str] = None,
     rate_hz: Optional[float] = None,
-    delimiter: Optional[str] = None,
+    delimiter: Optional[DelimiterName] = None,
     window: Union[None, Window, Sequence[Optional[Window]]] = None,
     keep_clipped: bool = False,
     keep_bad: bool = False,
-    hold: Optional[str] = None,
+    hold: Optional[HoldName] = None,
     known: Union[None, Mapping[str, float], Sequence[Optional[Mapping[str, float]]]] = None,
     threads: Optional[int] = None,
     progress: Progress = False,
 ) -> Identification:
     """Fits models to recordings by output error, and estimates the uncertainty of each parameter.
 
-    The global interpreter lock is released during the search; an interrupt ends it.
+    The global interpreter lock is released during the search; an interrupt ends it. Doubts about
+    recordings and fits are warnings of the category :class:`FitWarning`.
 
     :param data: a recording, or several that one set of parameters is fitted to: files as `actuator
         identify` takes them, or traces, mappings, data frames and structured arrays with the
@@ -195,6 +206,11 @@ def identify(
     with reported(progress, "models") as report:
         text = _native.identify(fitted, held_out, reading, search, report)
     found: Identification = json.loads(text)
+    for note in found["notes"]:
+        warnings.warn(note["text"], FitWarning, stacklevel=2)
+    for model in found["models"]:
+        for doubt in model["warnings"]:
+            warnings.warn(f"{model['name']}: {doubt}", FitWarning, stacklevel=2)
     return found
 
 

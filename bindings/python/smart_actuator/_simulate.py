@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arguments, _native
 from ._arguments import Points
+from ._choices import ModelName, PlantName, PwmName
 from ._progress import Progress, reported
 from ._sensitivity import of_run
 from ._trace import Trace
@@ -35,9 +36,9 @@ EXTREMES = np.dtype(
 
 
 def simulate(
-    model: str = "board",
+    model: ModelName = "board",
     *,
-    plant: Optional[str] = None,
+    plant: Optional[PlantName] = None,
     preset: Optional[str] = None,
     input: Optional[str] = None,
     input_parameters: Optional[Mapping[str, float]] = None,
@@ -45,7 +46,7 @@ def simulate(
     duration: Optional[float] = None,
     every: int = 20,
     seed: int = 0,
-    pwm: str = "average",
+    pwm: PwmName = "average",
     load: Optional[Points] = None,
     progress: Progress = False,
     gradients: Sequence[str] = (),
@@ -109,8 +110,8 @@ def simulate(
 def monte_carlo(
     parameters: Mapping[str, ArrayLike],
     *,
-    model: str = "board",
-    plant: Optional[str] = None,
+    model: ModelName = "board",
+    plant: Optional[PlantName] = None,
     preset: Optional[str] = None,
     input: Optional[str] = None,
     input_parameters: Optional[Mapping[str, float]] = None,
@@ -118,7 +119,7 @@ def monte_carlo(
     duration: Optional[float] = None,
     every: int = 20,
     seed: int = 0,
-    pwm: str = "average",
+    pwm: PwmName = "average",
     load: Optional[Points] = None,
     threads: Optional[int] = None,
     progress: Progress = False,

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import zlib
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional
+from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional, overload
 
 from . import _arguments, _native
+from ._choices import CommandName, ModelName, PlantName, PwmName
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -70,12 +71,12 @@ class Actuator:
 
     def __init__(
         self,
-        model: str = "board",
+        model: ModelName = "board",
         *,
-        plant: Optional[str] = None,
+        plant: Optional[PlantName] = None,
         preset: Optional[str] = None,
         seed: int = 0,
-        pwm: str = "average",
+        pwm: PwmName = "average",
         **parameters: Unpack[ModelParameters],
     ) -> None:
         _arguments.warn(preset)
@@ -88,13 +89,21 @@ class Actuator:
             _arguments.pairs("parameters", parameters),
         )
 
+    @overload
+    def advance(
+        self, command_deg: float, *, ticks: int, seconds: None = None, input: CommandName = "position"
+    ) -> Reading: ...
+    @overload
+    def advance(
+        self, command_deg: float, *, ticks: None = None, seconds: float, input: CommandName = "position"
+    ) -> Reading: ...
     def advance(
         self,
         command_deg: float,
         *,
         ticks: Optional[int] = None,
         seconds: Optional[float] = None,
-        input: str = "position",
+        input: CommandName = "position",
     ) -> Reading:
         """Advances the simulation with a constant command, and returns the outputs.
 
@@ -107,7 +116,7 @@ class Actuator:
         :param input: what the command is: ``position`` (deg), ``rate`` (deg/s, without the position
             loop), ``duty`` (%, without any loop) or, of the bench, ``voltage`` at the motor (V).
         """
-        input = _arguments.text("input", input)
+        _arguments.text("input", input)
         if (ticks is None) == (seconds is None):
             raise TypeError("expected either ticks or seconds")
         command_deg = _arguments.number("command_deg", command_deg)
@@ -117,14 +126,16 @@ class Actuator:
         step = _time("seconds", seconds)
         return Reading(*self._native.advance_seconds(input, command_deg, step))
 
-    def advance_to(self, command_deg: float, time_s: float, *, input: str = "position") -> Reading:
+    def advance_to(
+        self, command_deg: float, time_s: float, *, input: CommandName = "position"
+    ) -> Reading:
         """Advances to the tick nearest to a time since the start, and returns the outputs.
 
         :param command_deg: the command, deg.
         :param time_s: time, s, up to 1e7; not before that of the actuator.
         :param input: as for :meth:`advance`.
         """
-        input = _arguments.text("input", input)
+        _arguments.text("input", input)
         command_deg = _arguments.number("command_deg", command_deg)
         return Reading(*self._native.advance_to(input, command_deg, _time("time_s", time_s)))
 

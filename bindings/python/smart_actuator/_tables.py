@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import List, Optional, TypedDict
 
 from . import _arguments, _native
+from ._choices import ModelName, PlantName
 
 
 class Parameter(TypedDict):
@@ -38,10 +39,11 @@ class Input(TypedDict):
     parameters: List[Parameter]
 
 
-def parameters(model: str = "board", plant: Optional[str] = None) -> List[Parameter]:
+def parameters(model: ModelName = "board", plant: Optional[PlantName] = None) -> List[Parameter]:
     """Every parameter of a model with its unit, range, default and source."""
-    plant = _arguments.optional_text("plant", plant)
-    return _native.parameters(_arguments.text("model", model), plant)
+    return _native.parameters(
+        _arguments.text("model", model), _arguments.optional_text("plant", plant)
+    )
 
 
 def presets() -> List[Preset]:

@@ -49,7 +49,7 @@ def posterior(
         raise TypeError('fitted is no fitted model, expected identify(...)["models"][0]')
     widen = _arguments.within("widen", widen, 0.0, 1e6)
     chosen = None if only is None else _arguments.names("only", only)
-    kind = fitted["model"] if fitted["model"] != "black-box-2-oscillator" else "black-box-2"
+    kind: Any = fitted["model"] if fitted["model"] != "black-box-2-oscillator" else "black-box-2"
     ranges = {row["name"]: (row["min"], row["max"]) for row in parameter_table(kind)}
     order = fitted["correlation"]["parameters"]
     estimates = {p["name"]: p for p in fitted["parameters"] if p["experiment"] is None}

@@ -38,6 +38,19 @@ def test_arrays_give_back_the_parameters_that_made_them():
     assert found["models"][0]["fit_percent"] > 99.0
 
 
+def test_the_warnings_of_the_result_are_raised():
+    cut = {name: column[:60] for name, column in recording().items()}
+    with pytest.warns(sa.FitWarning) as raised:
+        found = sa.identify(cut, models=["black-box-1", "black-box-2"], starts=1)
+    expected = [note["text"] for note in found["notes"]]
+    for model in found["models"]:
+        expected += [f"{model['name']}: {text}" for text in model["warnings"]]
+        assert set(model["doubts"]) <= set(model["warnings"])
+        assert model["intervals_hold"] == (not model["doubts"])
+    assert expected and [str(warning.message) for warning in raised] == expected
+    assert {warning.filename for warning in raised} == {__file__}
+
+
 def test_what_is_asked_of_the_search_is_done():
     runs = [recording(seed=1), recording(seed=2, input="3-2-1-1")]
     found = sa.identify(

@@ -3,9 +3,13 @@
 import pathlib
 import subprocess
 import sys
+from typing import get_args
+
+import pytest
 
 import smart_actuator
-from smart_actuator import _parameter_names
+import smart_actuator as sa
+from smart_actuator import _choices, _parameter_names
 
 GOOD = """
 import smart_actuator as sa
@@ -17,6 +21,8 @@ sa.identify([trace, "run.csv"], models="black-box-1")
 sa.identify(trace.to_pandas())
 sa.identify(trace, window=(0.0, 1.0), known={"gain": 1.0})
 sa.identify([trace, trace], window=[None, (0.0, 1.0)], known=({"gain": 1.0}, None))
+servo.advance(1.0, ticks=20, input="rate")
+sa.ActuatorBatch(count=2, model="board", plant="bench")
 sa.simulate(command=trace, progress=lambda done, total: print(done / total))
 """
 
@@ -29,7 +35,49 @@ BAD = [
     "sa.identify('run.csv', modles='black-box-1')",
     "sa.identify('run.csv', window=[1.0])",
     "sa.identify('run.csv', known=['gain'])",
+    "sa.identify('run.csv', loss='huber')",
+    "sa.identify('run.csv', hold='first')",
+    "sa.Actuator('bord')",
+    "sa.simulate('board', plant='benc')",
+    "sa.simulate(pwm='switch')",
+    "sa.ActuatorBatch(count=2, model='bord')",
+    "sa.to_control('grey-box', loop='close')",
+    "sa.parameters('bord')",
+    "sa.Actuator().advance(1.0)",
+    "sa.Actuator().advance(1.0, ticks=1, seconds=0.1)",
+    "sa.Actuator().advance(1.0, ticks=1, input='torque')",
+    "sa.Actuator().advance_to(1.0)",
+    "1.0 + sa.identify('run.csv')['models'][0]['parameters'][0]['estimate']",
 ]
+
+
+@pytest.mark.parametrize(
+    "names, call",
+    [
+        (_choices.ModelName, lambda name: sa.parameters(name)),
+        (_choices.PlantName, lambda name: sa.parameters("board", name)),
+        (_choices.PwmName, lambda name: sa.Actuator(pwm=name)),
+        (_choices.CommandName, lambda name: sa.Actuator(plant="bench").advance(0.0, ticks=1, input=name)),
+        (_choices.LoopName, lambda name: sa.to_control(loop=name)),
+        (_choices.LossName, lambda name: sa.identify("missing.csv", loss=name)),
+        (_choices.HoldName, lambda name: sa.identify("missing.csv", hold=name)),
+        (_choices.DelimiterName, lambda name: sa.identify("missing.csv", delimiter=name)),
+    ],
+)
+def test_the_choices_are_those_that_are_accepted(names, call):
+    def is_accepted(name):
+        try:
+            call(name)
+        except FileNotFoundError:
+            pass
+        except ValueError as error:
+            return str(error)
+        return True
+
+    assert all(is_accepted(name) is True for name in get_args(names))
+    listed = is_accepted("none of them").split("expected")[1].split(" of ")[0].replace(" or ", ", ")
+    listed = {name.strip(" `.;") for name in listed.split(",")}
+    assert set(get_args(names)) == listed
 
 
 def test_the_names_of_the_parameters_are_current():
