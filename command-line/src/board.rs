@@ -111,17 +111,17 @@ impl Board {
             run_with(&firmware, options, script, attachments).map_err(|error| refusal(&error))?;
         let seconds = finished.end_ns as f64 * 1e-9;
         let wall_s = started.elapsed().as_secs_f64();
-        eprintln!(
+        note!(
             "{seconds} s in {wall_s:.2} s: {:.1} times real time; {} instructions",
             seconds / wall_s,
             finished.instructions
         );
-        eprintln!("trace {}", finished.trace.hash());
+        note!("trace {}", finished.trace.hash());
         for reset in &finished.resets {
-            eprintln!("reset at {} ms: {:?}", reset.at.0 / 1_000_000, reset.cause);
+            note!("reset at {} ms: {:?}", reset.at.0 / 1_000_000, reset.cause);
         }
         if !finished.gaps.is_empty() {
-            eprintln!("not emulated:\n{}", finished.gaps);
+            note!("not emulated:\n{}", finished.gaps);
         }
         Ok(())
     }
@@ -133,7 +133,7 @@ impl Board {
         let listener = TcpListener::bind(("127.0.0.1", port))
             .map_err(|error| refusal(&format!("--gdb {port}: {error}")))?;
         if let Ok(address) = listener.local_addr() {
-            eprintln!("GDB: target remote {address}");
+            note!("GDB: target remote {address}");
         }
         Ok(Some(listener))
     }

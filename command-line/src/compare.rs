@@ -86,7 +86,7 @@ impl Compare {
         bar.finish_and_clear();
         let comparison = comparison?;
         for (name, error) in &comparison.refused {
-            eprintln!("warning: {name} was not compared: {error}");
+            note!("warning: {name} was not compared: {error}");
         }
         let nonparametric = NonparametricAnalysis::of(&loaded.fitted);
         let found = Found {

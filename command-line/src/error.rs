@@ -66,9 +66,9 @@ impl Error {
     /// Prints the error to standard error, and returns the exit status.
     pub fn report(self) -> ExitCode {
         if self.is_closed_pipe() {
-            return ExitCode::SUCCESS;
+            return ExitCode::FAILURE;
         }
-        eprintln!("error: {self}");
+        note!("error: {self}");
         ExitCode::from(match self {
             refusal if refusal.is_refusal() => 3,
             Self::Update(UpdateError::Hardware { .. }) => 2,
@@ -91,7 +91,7 @@ impl Error {
         }
     }
 
-    /// Whether the reader of standard output has closed it, which is not an error.
+    /// Whether the reader of standard output has closed it, which needs no message.
     fn is_closed_pipe(&self) -> bool {
         matches!(
             self,

@@ -93,7 +93,7 @@ impl Experiment {
         let best = best(&designs);
         if let (Some(path), Some(best)) = (&self.csv, best) {
             file::write(path, result::csv(&designs[best], bench.step_s))?;
-            eprintln!("input: {}", path.display());
+            note!("input: {}", path.display());
         }
         if self.json {
             output::print(&result::json(&bench, &limits, &designs, best))?;
@@ -234,7 +234,7 @@ impl Experiment {
                 problems.dedup();
                 problems
                     .iter()
-                    .for_each(|problem| eprintln!("warning: {problem}"));
+                    .for_each(|problem| note!("warning: {problem}"));
                 Ok(designs)
             }
         }

@@ -90,7 +90,7 @@ impl Identify {
         let nonparametric = NonparametricAnalysis::of(&loaded.fitted);
         for assessment in &assessments {
             for warning in &assessment.warnings {
-                eprintln!("warning: {}: {warning}", assessment.name);
+                note!("warning: {}: {warning}", assessment.name);
             }
         }
         if let Some(path) = &self.parameters {
@@ -98,7 +98,7 @@ impl Identify {
                 let text = parameter_file::text(&assessment.fit)?;
                 file::write(path, text)?;
             }
-            eprintln!("parameters: {}", path.display());
+            note!("parameters: {}", path.display());
         }
         let found = Found {
             assessments: &assessments,
@@ -147,7 +147,7 @@ impl Outputs {
                 notes: &found.loaded.notes,
             };
             fit_page::page(&content).write(path)?;
-            eprintln!("report: {}", path.display());
+            note!("report: {}", path.display());
         }
         match self.json.as_deref() {
             Some(path) if output::is_standard_output(path) => output::print(&json(found)),
@@ -155,7 +155,7 @@ impl Outputs {
                 print(found)?;
                 if let Some(path) = path {
                     file::write(path, json(found))?;
-                    eprintln!("everything as JSON: {}", path.display());
+                    note!("everything as JSON: {}", path.display());
                 }
                 Ok(())
             }

@@ -2,6 +2,13 @@
 //!
 //! A module for each command maps its options to a call of a library, and prints the result.
 
+/// Writes a line to standard error.
+macro_rules! note {
+    ($($text:tt)*) => {
+        $crate::output::note(format_args!($($text)*))
+    };
+}
+
 #[cfg(feature = "board")]
 mod board;
 mod bounded;
@@ -139,18 +146,22 @@ fn arguments() -> Arguments {
     Arguments::try_parse().unwrap_or_else(|answer| {
         let is_plain = !io::stdout().is_terminal() && env::var_os("CLICOLOR_FORCE").is_none();
         if !answer.use_stderr() && is_plain {
-            // As clap, which ends the program silently if the reader is closed.
-            let _ = output::print(&answer.render().to_string());
-            process::exit(answer.exit_code());
+            let printed = output::print(&answer.render().to_string());
+            process::exit(printed.map_or(1, |()| answer.exit_code()));
         }
-        answer.exit()
+        let printed = answer.print();
+        process::exit(printed.map_or(1, |()| answer.exit_code()))
     })
 }
 
 fn main() -> ExitCode {
     interrupt::handle();
-    match arguments().run() {
+    let status = match arguments().run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.report(),
+    };
+    if output::is_note_lost() {
+        return ExitCode::FAILURE;
     }
+    status
 }

@@ -1,8 +1,10 @@
 //! Output of results and progress.
 
 use std::{
+    fmt,
     io::{self, Write},
     path::Path,
+    sync::atomic::{AtomicBool, Ordering::Relaxed},
 };
 
 use indicatif::{ProgressBar, ProgressStyle};
@@ -18,6 +20,22 @@ pub fn is_standard_output(path: &Path) -> bool {
 /// The error for a file that cannot be written; `-` is standard output.
 pub fn write_error(path: &Path, source: io::Error) -> Error {
     WriteError::new(path, source).into()
+}
+
+/// Whether a note was not written.
+static IS_NOTE_LOST: AtomicBool = AtomicBool::new(false);
+
+/// Writes a line to standard error. If that is closed or full the command continues, and ends with
+/// status 1: a drive that it moves must not be left alone.
+pub fn note(text: fmt::Arguments) {
+    if writeln!(io::stderr().lock(), "{text}").is_err() {
+        IS_NOTE_LOST.store(true, Relaxed);
+    }
+}
+
+/// Whether a note was not written.
+pub fn is_note_lost() -> bool {
+    IS_NOTE_LOST.load(Relaxed)
 }
 
 /// Writes to standard output.

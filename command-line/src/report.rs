@@ -51,7 +51,7 @@ impl Report {
         page.write(&self.out)?;
         if let Some(folder) = &self.figures {
             write_figures(&page, folder)?;
-            eprintln!("figures: {}", folder.display());
+            note!("figures: {}", folder.display());
         }
         match self.json.as_deref() {
             Some(path) if output::is_standard_output(path) => output::print(&comparison.to_json())?,
@@ -61,11 +61,11 @@ impl Report {
                 }
                 if let Some(path) = json {
                     file::write(path, comparison.to_json())?;
-                    eprintln!("figures of merit: {}", path.display());
+                    note!("figures of merit: {}", path.display());
                 }
             }
         }
-        eprintln!("report: {}", self.out.display());
+        note!("report: {}", self.out.display());
         Ok(())
     }
 }

@@ -152,7 +152,7 @@ impl Simulate {
 pub(super) fn warn(scenario: &Scenario) {
     let preset = scenario.preset.as_deref().and_then(presets::preset);
     if let Some(warning) = preset.and_then(|preset| preset.warning) {
-        eprintln!("warning: {warning}");
+        note!("warning: {warning}");
     }
 }
 

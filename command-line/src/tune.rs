@@ -75,7 +75,7 @@ impl Tune {
         let request = options.request();
         let tuning = tune::tune(&request).map_err(explained)?;
         for warning in &tuning.warnings {
-            eprintln!("warning: {warning}");
+            note!("warning: {warning}");
         }
         let command = options.simulate_command(&tuning)?;
         if self.json {
@@ -85,7 +85,7 @@ impl Tune {
         }
         if let Some(path) = &self.plot {
             plot::save(&tune::bode(&request, &tuning).map_err(explained)?, path)?;
-            eprintln!("plot: {}", path.display());
+            note!("plot: {}", path.display());
         }
         Ok(())
     }

@@ -129,12 +129,12 @@ impl Console<'_> {
         let command = match parse(line) {
             Ok(command) => command,
             Err(message) => {
-                eprintln!("{message}");
+                note!("{message}");
                 return Ok(());
             }
         };
         if let Err(error) = self.execute(command) {
-            eprintln!("error: {error}");
+            note!("error: {error}");
         }
         Ok(())
     }
@@ -153,7 +153,7 @@ impl Console<'_> {
             }
             Command::SaveCapture(path) => {
                 let rows = record::save_capture(&mut self.client, &path)?;
-                eprintln!("capture: {}: {rows} records", path.display());
+                note!("capture: {}: {rows} records", path.display());
                 Ok(())
             }
             Command::Servo(pulse_us) => self.request(Request::Servo(pulse_us)),

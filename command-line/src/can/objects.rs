@@ -143,7 +143,7 @@ fn fitted(path: &Path) -> Result<Vec<(&'static Row, Vec<u8>)>, Error> {
     let settings = Scenario::read(path)?.settings()?;
     let objects = motor_objects::of(&settings)?;
     if let Some(warning) = motor_objects::omitted_friction(&settings) {
-        eprintln!("warning: {warning}");
+        note!("warning: {warning}");
     }
     let bytes = |(row, value): (&'static Row, f64)| (row, (value as f32).to_le_bytes().to_vec());
     Ok(objects.map(bytes).to_vec())

@@ -58,9 +58,7 @@ impl Record {
         };
         let rows = sink.close()?;
         if lost > 0 {
-            eprintln!(
-                "warning: {lost} samples did not arrive: the bus or this computer was too slow"
-            );
+            note!("warning: {lost} samples did not arrive: the bus or this computer was too slow");
         }
         if self.at.json() && !is_standard_output(&self.out) {
             print_json(&json!({ "rows": rows, "lost": lost }))?;
@@ -91,7 +89,7 @@ fn add_command(changes: &mut Changes<'_>) -> Result<(), ClientError> {
         return Ok(());
     }
     if changes.is_valid(COMMAND_TPDO)? {
-        eprintln!(
+        note!(
             "warning: the recording has no column command_deg: TPDO {COMMAND_TPDO} has other content"
         );
         return Ok(());

@@ -147,7 +147,7 @@ impl Serve {
         })?;
         let address = listener.local_addr().unwrap_or(self.listen);
         if !address.ip().is_loopback() {
-            eprintln!(
+            note!(
                 "warning: {address} can be reached from other computers, which can then command the actuators"
             );
         }

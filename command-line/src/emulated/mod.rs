@@ -236,9 +236,9 @@ impl SerialScript for SerialLine {
 fn report(board: &str, resets: &[Reset], gaps: &Gaps) {
     for reset in resets {
         let ms = reset.at.0 / 1_000_000;
-        eprintln!("{board}: reset at {ms} ms: {:?}", reset.cause);
+        note!("{board}: reset at {ms} ms: {:?}", reset.cause);
     }
     if !gaps.is_empty() {
-        eprintln!("{board}: not emulated:\n{gaps}");
+        note!("{board}: not emulated:\n{gaps}");
     }
 }

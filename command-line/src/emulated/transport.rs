@@ -68,9 +68,7 @@ impl TcpServer {
             return;
         };
         if self.client.is_some() {
-            eprintln!(
-                "{address} is refused: the serial line of the communication board has a client"
-            );
+            note!("{address} is refused: the serial line of the communication board has a client");
             // The refused client may have disconnected already.
             let _ = stream.shutdown(Shutdown::Both);
             return;

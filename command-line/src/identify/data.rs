@@ -137,7 +137,7 @@ impl DataOptions {
         let has_friction = models.iter().any(|model| model.has_friction());
         let loaded = self.read(models, has_friction)?;
         for note in &loaded.notes {
-            eprintln!("warning: {note}");
+            note!("warning: {note}");
         }
         Ok(loaded)
     }

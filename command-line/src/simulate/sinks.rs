@@ -166,7 +166,7 @@ impl Sink for FileSink {
     fn finish(self: Box<Self>) -> Result<(), crate::Error> {
         self.file.finish()?;
         if let Some(path) = self.announced_path {
-            eprintln!("trace: {}", path.display());
+            note!("trace: {}", path.display());
         }
         Ok(())
     }
@@ -204,7 +204,7 @@ impl Rows for PlotSink {
 impl Sink for PlotSink {
     fn finish(self: Box<Self>) -> Result<(), crate::Error> {
         plot::save(&plot::of_trace(&self.title, &self.trace), &self.path)?;
-        eprintln!("plot: {}", self.path.display());
+        note!("plot: {}", self.path.display());
         Ok(())
     }
 }

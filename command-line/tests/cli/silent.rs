@@ -51,6 +51,58 @@ fn an_angle_beyond_the_limits_has_a_status_of_its_own() {
     );
 }
 
+/// The exit status with standard output and standard error redirected by this shell text.
+#[cfg(target_os = "linux")]
+fn status(cli: &Cli, arguments: &str, redirected: &str) -> Option<i32> {
+    let program = assert_cmd::cargo::cargo_bin!("actuator")
+        .display()
+        .to_string();
+    let text = format!("'{program}' {arguments} {redirected}");
+    let mut shell = std::process::Command::new("bash");
+    let run = shell
+        .args(["-o", "pipefail", "-c", &text])
+        .current_dir(cli.path("."));
+    run.status().expect("a shell").code()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn output_that_cannot_be_written_ends_with_1_and_without_a_panic() {
+    let cli = Cli::new();
+    let run = "simulate board --duration 0.1 --csv";
+    for (arguments, redirected) in [
+        ("identify nofile", "2>/dev/full"),
+        ("simulate nomodel", "2>/dev/full"),
+        // A warning, and the name of the file that is written.
+        (
+            "simulate grey-box --preset as-printed-strict --duration 0.1 --csv -",
+            "2>/dev/full >out",
+        ),
+        ("report --out page.html", "2>/dev/full >out"),
+        ("--help", ">/dev/full"),
+        ("scan --bus 127.0.0.1:1", "2>&1 | true"),
+        (&format!("{run} -"), ">/dev/full 2>errors"),
+        (&format!("{run} - --every 1"), "2>errors | true"),
+    ] {
+        assert_eq!(
+            status(&cli, arguments, redirected),
+            Some(1),
+            "{arguments} {redirected}"
+        );
+    }
+    assert_eq!(cli.read("errors"), "", "the reader of a pipe may close it");
+    assert_eq!(
+        status(&cli, &format!("{run} -"), "2>/dev/full >out"),
+        Some(0),
+        "nothing to report"
+    );
+    // Closed from the start, as by a daemon: they are replaced by /dev/null.
+    assert_eq!(
+        status(&cli, "simulate board --duration 0.1", "2>&- >&-"),
+        Some(0)
+    );
+}
+
 /// Starts the program with the default reactions to signals, ends it once it has written to
 /// `file`, and returns its exit status.
 #[cfg(target_os = "linux")]
