@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Uses Studio in Chromium: every view, strangers, pulled plugs, telemetry at full rate, and the same
+# Uses Studio in Chromium: every view, random entries, strangers, pulled plugs, telemetry at full rate, and the same
 # on the emulated boards. Needs node; Chromium is installed where it is missing.
 #
 # `studio/ci.sh long` runs the telemetry for ten minutes; `studio/ci.sh documents` writes the table
@@ -27,6 +27,7 @@ documents)
 esac
 
 node $tests/views.mjs "$actuator" "$pictures"
+node $tests/entries.mjs "$actuator"
 node $tests/accessible.mjs "$actuator" "$pictures"
 node $tests/security.mjs "$actuator"
 node $tests/plug.mjs "$actuator"

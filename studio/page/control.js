@@ -9,13 +9,13 @@ export const stop = () => {
   toast(isOpen() ? 'Stop sent to all drives' : 'No connection: the server stops the drives of this page', isOpen() ? '' : 'bad');
 };
 
-const isText = element => element.matches('input[type=text], input[type=search], textarea');
+const isText = element => element.matches('input[type=search], textarea');
 
 export const setup = () => {
   document.getElementById('stop').onclick = stop;
   addEventListener('keydown', event => {
     const { target } = event;
-    // Space stops, wherever the focus is, except in a text.
+    // Space stops, wherever the focus is, except in a text; fields for numbers are none.
     if (event.code === 'Space' && !isText(target)) {
       event.preventDefault();
       if (!event.repeat) stop();

@@ -1,5 +1,6 @@
 // Who is on the bus.
-import { h, put, badge, button, card, table, attempt, number } from './dom.js';
+import { h, put, badge, button, card, table, attempt } from './dom.js';
+import { NumberField } from './number.js';
 import { request } from './socket.js';
 import { state, watch, hasControl, choose } from './state.js';
 
@@ -25,10 +26,12 @@ const show = host => {
     const taken = new Set(state.nodes.map(node => node.node));
     let free = 1;
     while (taken.has(free)) free++;
+    const number = new NumberField('lss-node', { min: 1, max: 126, isWhole: true }, free);
     put(found, h('div', { class: 'row note' }, h('span', {}, `Serial number ${device.serial}, product ${device.product.toString(16)}h: `),
-      h('label', {}, 'node-ID ', number('lss-node', free, value => { free = value; }, { min: 1, max: 126, step: 1 })),
+      h('label', {}, 'node-ID ', number.element),
       button('Assign', async () => {
-        if (await attempt(() => request('lss_assign', { serial: device.serial, node: free }), `Node-ID ${free} is assigned and stored`) !== undefined) put(found);
+        const node = number.read();
+        if (node != null && await attempt(() => request('lss_assign', { serial: device.serial, node }), `Node-ID ${node} is assigned and stored`) !== undefined) put(found);
       }, { class: 'primary', disabled: !hasControl() })));
   }
 

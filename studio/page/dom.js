@@ -48,16 +48,6 @@ export const attempt = async (action, done) => {
 
 export const button = (text, onclick, attributes = {}) => h('button', { type: 'button', onclick, ...attributes }, text);
 
-// A number that the user enters; `changed` gets it.
-export const number = (id, value, changed, attributes = {}) => h('input', {
-  id, type: 'number', step: 'any', value, ...attributes,
-  onchange: event => {
-    const entered = event.target.valueAsNumber;
-    event.target.setAttribute('aria-invalid', !Number.isFinite(entered));
-    if (Number.isFinite(entered)) changed(entered);
-  },
-});
-
 // A file that the server has made.
 export const download = (path, token) => {
   const link = h('a', { href: `${path}?token=${token}`, download: '' });

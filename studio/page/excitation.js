@@ -1,7 +1,8 @@
 // The form of an excitation: its shape, the settings that it uses, and a preview.
 import { h, put, fixed } from './dom.js';
 import { request } from './socket.js';
-import { state, object, scale, unit } from './state.js';
+import { NumberField } from './number.js';
+import { state, object, scale, quantityOf } from './state.js';
 
 const SHAPE = 3, AMPLITUDE = 4, START = 5, END = 6, DURATION = 7, REPETITIONS = 12;
 
@@ -44,38 +45,37 @@ export class ExcitationForm {
   build() {
     const { settings } = this;
     const uses = [...state.hello.excitations[settings[SHAPE]].uses, state.hello.repetitions];
+    this.numbers = [];
     put(this.fields, uses.flatMap(sub => {
-      const entry = object(`2020:${sub}`), by = scale(entry), id = `${this.prefix}-${sub}`;
+      const entry = object(`2020:${sub}`), id = `${this.prefix}-${sub}`;
       // Times are in ms on the bus.
-      const [factor, name] = entry.unit === 'ms' ? [1000, 's'] : [by, unit(entry)];
-      return [
-        h('label', { for: id, title: entry.meaning }, entry.entry),
-        h('input', {
-          id, type: 'number', step: 'any', value: settings[sub] / factor, min: +entry.min / factor, max: +entry.max / factor,
-          oninput: event => {
-            const value = event.target.valueAsNumber;
-            event.target.setAttribute('aria-invalid', !event.target.validity.valid || !Number.isFinite(value));
-            if (!Number.isFinite(value)) return;
-            settings[sub] = Math.round(value * factor);
-            this.show();
-          },
-        }),
-        h('span', { class: 'unit' }, name)];
+      const isTime = entry.unit === 'ms', factor = isTime ? 1000 : scale(entry);
+      const quantity = { ...quantityOf(entry, factor), ...isTime && { unit: 's' } };
+      const field = new NumberField(id, quantity, settings[sub] / factor, value => { settings[sub] = Math.round(value * factor); }, { isLive: true });
+      field.input.addEventListener('input', () => this.show());
+      this.numbers.push(field);
+      return [h('label', { for: id, title: entry.meaning }, entry.entry), field.element, h('span', { class: 'unit' }, quantity.unit)];
     }));
     this.show();
   }
-  async show() {
+  // Whether it can run: every field has a valid number, and together they are an excitation.
+  get isValid() { return this.duration != null && !this.numbers.some(field => field.problem); }
+  show() {
+    const number = this.asked = (this.asked ?? 0) + 1;
+    this.duration = null;
+    queueMicrotask(() => this.changed(this.values()));
     clearTimeout(this.timer);
     this.timer = setTimeout(async () => {
       try {
+        if (this.numbers.some(field => field.problem)) throw new Error('A field has no valid number.');
         const { t, deg, duration_s } = await request('preview', { settings: this.values() });
+        if (number !== this.asked) return;
         figures.clear(this.preview);
         figures.draw(this.preview, { x_label: 'time (s)', x_log: false, panels: [{ y_label: 'demand (deg)', y_step: null, series: [{ label: 'preview', colour: 1, style: 'line', x: t, y: deg }] }] }, `${this.prefix}-preview`, 150);
         this.duration = duration_s;
         this.about.textContent = `It takes ${fixed(duration_s, 1)} s and is added to the present demand.`;
       } catch (error) {
         figures.clear(this.preview);
-        this.duration = null;
         this.about.textContent = error.message;
       }
       this.changed(this.values());

@@ -1,7 +1,7 @@
 // From an excitation to the parameters of a motor.
 import { h, put, say, button, attempt, fixed, short, table, toast } from './dom.js';
 import { request } from './socket.js';
-import { state, watch, chosen, hasControl } from './state.js';
+import { state, watch, chosen, hasControl, whyNot } from './state.js';
 import { latest } from './ring.js';
 import { ExcitationForm } from './excitation.js';
 import { takeMotor } from './tune.js';
@@ -15,8 +15,8 @@ const show = host => {
     state.hello.models.map(model => h('option', { value: model.name, title: model.summary }, `${model.name}: ${model.summary}`)));
   if (state.hello.models.some(({ name }) => name === last.model)) model.value = last.model;
   last.model = model.value;
-  const predicted = h('div', { 'aria-live': 'polite' }), result = h('div', { class: 'column' }), status = h('p', { class: 'soft', 'aria-live': 'polite' });
-  let requested = 0;
+  const predicted = h('div', { 'aria-live': 'polite' }), result = h('div', { class: 'column' }), status = h('p', { class: 'soft', 'aria-live': 'polite' }), why = h('p', { class: 'soft', 'aria-live': 'polite' });
+  let requested = 0, isRunning = false;
   async function predict(settings) {
     const number = ++requested;
     put(predicted, h('p', { class: 'soft' }, 'Predicting …'));
@@ -28,19 +28,20 @@ const show = host => {
       h('td', { class: 'number' }, p.standard_error == null ? 'not determined' : p.percent == null ? short(p.standard_error) : `${fixed(p.percent, p.percent < 10 ? 2 : 0)} %`))))),
     h('p', { class: 'soft' }, `The angle reaches ${fixed(answer.largest_angle_deg, 1)}°; ${fixed(answer.limited_s, 1)} s at the rate limit. Noise assumed: ${answer.noise_deg}°.`));
   }
-  const form = new ExcitationForm('identify', settings => { predict(settings); update(); });
+  const form = new ExcitationForm('identify', settings => { if (form.isValid) predict(settings); update(); });
   const run = button('Run and fit', measure, { class: 'primary', id: 'identify-run' });
   const again = button('Fit again', fit, { id: 'fit', disabled: last.from == null });
   put(host, h('div', { class: 'cards two' },
     h('div', { class: 'column' },
-      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Experiment'), h('div', { class: 'row' }, again, run)), h('div', { class: 'row' }, h('label', { for: 'model' }, 'Model'), model), form.element, status),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Experiment'), h('div', { class: 'row' }, again, run)), why, h('div', { class: 'row' }, h('label', { for: 'model' }, 'Model'), model), form.element, status),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Predicted standard errors')), predicted)),
     result));
   if (last.answer) present(last.answer);
   else put(result, h('section', { class: 'card' }, h('p', { class: 'empty' }, 'Choose an excitation, check the predicted standard errors, enable the drive in the view Move, and run it.')));
 
   async function measure() {
-    run.disabled = true;
+    isRunning = true;
+    update();
     await attempt(async () => {
       const from = latest() - 0.2;
       await request('excite', { node: state.node, settings: form.values() });
@@ -54,6 +55,7 @@ const show = host => {
       await fit();
     });
     say(status, '');
+    isRunning = false;
     update();
   }
   async function fit() {
@@ -91,7 +93,7 @@ const show = host => {
         return section;
       }));
   }
-  const update = () => { run.disabled = !hasControl() || !chosen()?.is_enabled || form.duration == null; run.title = chosen()?.is_enabled ? '' : 'Enable the drive in the view Move first'; };
+  const update = () => { run.disabled = isRunning || Boolean(whyNot()) || !form.isValid; say(why, whyNot()); };
   return watch(update);
 };
 

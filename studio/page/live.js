@@ -1,7 +1,8 @@
 // The telemetry as it comes.
 import { h, put, say, button, attempt, download, short, table, card } from './dom.js';
 import { request, getToken } from './socket.js';
-import { state, watch, actuators, hasControl, colour } from './state.js';
+import { NumberField } from './number.js';
+import { state, watch, actuators, hasControl, colour, object, quantityOf } from './state.js';
 import { latest, ring } from './ring.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
 
@@ -55,7 +56,7 @@ const show = host => {
       h('div', { class: 'row spread' },
         h('div', { class: 'row' }, 'Save what is shown:', formats.map(format => button(format.toUpperCase(), () => save(format), { id: `save-${format}` }))),
         speed),
-      h('p', { class: 'soft' }, 'Drag across a plot to zoom, double-click to follow again. Click a name to hide its curve.')),
+      h('p', { class: 'soft' }, 'Drag across a plot to zoom, double-click to follow again. Click a name to hide its curve. Grey: no telemetry.')),
     capture()));
   plot.height = Math.max(90, Math.min(190, 640 / Math.max(1, chosen.panels.length)));
 
@@ -97,10 +98,14 @@ const show = host => {
 const capture = () => {
   const result = h('div');
   const trigger = h('select', { id: 'trigger' }, ['at once', 'with an excitation', 'with a fault'].map((name, i) => h('option', { value: i }, name)));
-  const before = h('input', { type: 'number', value: 50, min: 0, max: 65535, step: 1, id: 'before' });
-  const decimation = h('input', { type: 'number', value: 1, min: 1, max: 65535, step: 1, id: 'decimation' });
+  const before = new NumberField('before', quantityOf(object('2030:4')), 50);
+  const decimation = new NumberField('decimation', quantityOf(object('2030:5')), 1);
   const node = () => state.node;
-  const arm = () => attempt(() => request('arm_capture', { node: node(), trigger: +trigger.value, before: before.valueAsNumber, decimation: decimation.valueAsNumber }), 'The board records');
+  const arm = () => {
+    const numbers = { before: before.read(), decimation: decimation.read() };
+    if (Object.values(numbers).includes(null)) return;
+    attempt(() => request('arm_capture', { node: node(), trigger: +trigger.value, ...numbers }), 'The board records');
+  };
   const end = () => attempt(() => request('write', { node: node(), object: '2030:1', value: '0' }), 'The recording has ended');
   const load = () => attempt(async () => {
     put(result, h('p', { class: 'soft' }, 'Uploading …'));
@@ -116,7 +121,7 @@ const capture = () => {
     h('header', {}, h('h2', {}, 'Capture in the board'), h('div', { class: 'row' },
       button('Arm', arm, { id: 'arm' }), button('End', end), button('Show', load, { id: 'load' }))),
     h('p', { class: 'soft' }, 'The board records its signals in each control period, without loss, also while the bus is busy.'),
-    h('div', { class: 'row' }, h('label', {}, 'Trigger ', trigger), h('label', {}, 'Records before it ', before), h('label', {}, 'Every n-th period ', decimation)), result);
+    h('div', { class: 'row' }, h('label', {}, 'Trigger ', trigger), h('label', {}, 'Records before it ', before.element), h('label', {}, 'Every n-th period ', decimation.element)), result);
 };
 
 export default { id: 'live', title: 'Live', icon: 'M3 12h4l3-8 4 16 3-8h4', show };

@@ -1,7 +1,8 @@
 // Enabling, targets and excitations of the chosen actuator.
 import { h, put, say, button, attempt, fixed, badge, toast } from './dom.js';
 import { request } from './socket.js';
-import { state, watch, chosen, hasControl, object, scale, unit, read, write } from './state.js';
+import { NumberField } from './number.js';
+import { state, watch, chosen, hasControl, whyNot, object, scale, unit, quantityOf, read, write } from './state.js';
 import { ring, column, latest } from './ring.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
 import { hold, stop } from './control.js';
@@ -15,7 +16,7 @@ const show = host => {
   const enable = hold('Hold to enable', () => attempt(() => request('enable', { node: state.node }), 'The drive is enabled'), { id: 'enable', title: 'Hold the button, or Enter' });
   const disable = button('Disable', () => attempt(() => request('disable', { node: state.node })), { id: 'disable' });
   const slider = h('input', { type: 'range', id: 'target-slider', min: -60, max: 60, step: 0.1, value: 0, 'aria-label': 'Target angle, deg' });
-  const target = h('input', { type: 'number', id: 'target', step: 0.1, value: 0, 'aria-label': 'Target angle, deg' });
+  const target = new NumberField('target', { unit: 'deg', min: -60, max: 60 }, 0, () => {}, { 'aria-label': 'Target angle, deg' });
   const low = h('span'), high = h('span');
   // While it is dragged the last position counts.
   let isMoving = false, pending = null;
@@ -30,18 +31,17 @@ const show = host => {
     }
     isMoving = false;
   };
-  const aim = deg => {
-    const angle = Math.max(+slider.min, Math.min(+slider.max, Math.round(deg * 1000) / 1000));
-    slider.value = angle;
-    target.value = angle;
-    command(angle);
-  };
+  let last = 0;
+  const point = deg => { last = deg; slider.value = deg; target.set(deg); };
+  const aim = deg => { point(deg); command(deg); };
   slider.oninput = () => aim(+slider.value);
-  target.onkeydown = event => { if (event.key === 'Enter' && Number.isFinite(target.valueAsNumber)) aim(target.valueAsNumber); };
-  const go = button('Go', () => { if (Number.isFinite(target.valueAsNumber)) aim(target.valueAsNumber); }, { class: 'primary', id: 'go' });
-  const jog = h('div', { class: 'jog', role: 'group', 'aria-label': 'Steps' }, [-30, -10, -1, 0, 1, 10, 30].map(step => button(step ? `${step > 0 ? '+' : '−'}${Math.abs(step)}°` : '0°', () => aim(step ? +slider.value + step : 0))));
+  const enter = () => { const deg = target.read(); if (deg != null) aim(deg); };
+  target.input.onkeydown = event => { if (event.key === 'Enter') enter(); };
+  const go = button('Go', enter, { class: 'primary', id: 'go' });
+  const step = by => aim(Math.max(target.quantity.min, Math.min(target.quantity.max, by ? last + by : 0)));
+  const jog = h('div', { class: 'jog', role: 'group', 'aria-label': 'Steps' }, [-30, -10, -1, 0, 1, 10, 30].map(by => button(by ? `${by > 0 ? '+' : '−'}${Math.abs(by)}°` : '0°', () => step(by))));
   const profile = h('div', { class: 'fields' });
-  const form = new ExcitationForm('move');
+  const form = new ExcitationForm('move', () => update()), why = h('p', { class: 'soft', 'aria-live': 'polite' });
   const run = button('Run', () => attempt(() => request('excite', { node: state.node, settings: form.values() }), 'The excitation runs'), { class: 'primary', id: 'run' });
   const plots = h('div');
   const panels = panelsOf(state.hello.quantities).filter(panel => ['angle', 'rate', 'current'].includes(panel.id));
@@ -52,46 +52,49 @@ const show = host => {
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Drive'), drive), angle,
         h('div', { class: 'row' }, enable, disable, button('Stop', stop, { title: 'Key: space' })),
         h('p', { class: 'soft', id: 'move-hint' })),
-      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Target'), h('div', { class: 'row' }, target, h('span', { class: 'unit' }, 'deg'), go)),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Target'), h('div', { class: 'row' }, target.element, h('span', { class: 'unit' }, 'deg'), go)),
         h('div', { class: 'target' }, slider, h('div', { class: 'ends' }, low, high)), jog,
         h('h3', {}, 'Profile limits'), profile),
-      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Excitation'), run), form.element)),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Excitation'), run), why, form.element)),
     h('section', { class: 'card' }, plots)));
 
   let node = null, isBusy = false;
   const load = async () => {
     const values = await attempt(() => read(...LIMITS, ...PROFILE));
     if (!values) return;
-    [slider.min, slider.max] = LIMITS.map(address => values[address] / scale(object(address)));
-    say(low, `${slider.min}°`);
-    say(high, `${slider.max}°`);
+    const [min, max] = LIMITS.map(address => values[address] / scale(object(address)));
+    Object.assign(target.quantity, { min, max });
+    Object.assign(slider, { min, max });
+    say(low, `${min}°`);
+    say(high, `${max}°`);
     put(profile, PROFILE.flatMap(address => {
       const entry = object(address), id = `profile-${address.slice(0, 4)}`;
-      return [h('label', { for: id }, entry.entry), h('input', {
-        id, type: 'number', step: 'any', value: values[address] / scale(entry), disabled: !hasControl(),
-        onchange: event => attempt(() => write(address, Math.round(event.target.valueAsNumber * scale(entry)))),
-      }), h('span', { class: 'unit' }, unit(entry))];
+      const field = new NumberField(id, quantityOf(entry), values[address] / scale(entry),
+        value => write(address, Math.round(value * scale(entry))).catch(error => field.refuse(error.message)), { disabled: !hasControl() });
+      return [h('label', { for: id }, entry.entry), field.element, h('span', { class: 'unit' }, unit(entry))];
     }));
     const at = ring(node)?.last(column('angle'));
-    if (Number.isFinite(at) && !chosen()?.is_enabled) { slider.value = at; target.value = at.toFixed(1); }
+    if (Number.isFinite(at) && !chosen()?.is_enabled) point(+at.toFixed(1));
   };
-  const unwatch = watch(() => {
+  const update = () => {
     const one = chosen();
     const can = hasControl() && one && !one.is_lost && !state.busProblem;
     const isOn = can && one.is_enabled && !one.is_stopping;
     enable.disabled = !can || one.is_enabled || one.has_fault;
     disable.disabled = !can || !one.is_enabled;
-    for (const element of [slider, target, go, run, ...jog.children]) element.disabled = !isOn;
+    for (const element of [slider, target.input, go, ...jog.children]) element.disabled = !isOn;
+    run.disabled = !isOn || !form.isValid;
+    say(why, whyNot());
     put(drive, one ? badge(one.state ?? '–', one.has_fault ? 'bad' : one.is_enabled ? 'good' : '') : 'no actuator');
     const hint = document.getElementById('move-hint');
-    if (hint) say(hint, !hasControl() ? 'Another page has control: take it to move.' : !one ? 'No actuator has been found.' : one.has_fault ? 'A fault: see the view Faults, and reset it there.'
-      : one.is_enabled ? 'Space stops all drives. If this page hangs or is closed, the server stops the drive.' : 'Hold the button for a moment: the drive then holds its angle.');
+    if (hint) say(hint, whyNot() || 'Space stops all drives. If this page hangs or is closed, the server stops the drive.');
     if (one && one.node !== node) {
       node = one.node;
       plot.show([node]);
       load();
     }
-  });
+  };
+  const unwatch = watch(update);
   const cancel = animate(() => {
     plot.draw();
     const at = node == null ? NaN : ring(node)?.last(column('angle'));

@@ -1,7 +1,8 @@
 // Every object of the chosen actuator: read, changed, saved, and compared with files.
 import { h, put, say, button, attempt, badge, toast, download, table } from './dom.js';
-import { request, getToken } from './socket.js';
-import { state, watch, chosen, hasControl, write } from './state.js';
+import { request, getToken, MESSAGE_BYTES } from './socket.js';
+import { parse, NumberField } from './number.js';
+import { state, watch, chosen, hasControl, scale, unit, quantityOf } from './state.js';
 
 let undo = [];
 
@@ -12,11 +13,13 @@ const differs = (object, value, node) => {
   // REAL32 values are compared as such.
   return object.kind === 'real' ? Math.fround(+usual) !== Math.fround(+value) : String(usual) !== String(value);
 };
-const text = (object, value) => value == null ? '–' : object.kind === 'real' ? String(+(+value).toPrecision(7)) : String(value);
-const range = object => object.min != null ? `${object.min} … ${object.max}` : '';
+// Numbers are shown as fields take them.
+const text = (object, value) => value == null ? '–' : object.kind === 'real' || scale(object) > 1 ? String(+(+value / scale(object)).toPrecision(7)) : String(value);
+const range = object => object.min != null ? `${text(object, object.min)} … ${text(object, object.max)}` : '';
 
 const show = host => {
   let values = {}, node = null;
+  const fields = new Map();
   const body = h('div'), status = h('span', { class: 'soft', 'aria-live': 'polite' });
   const search = h('input', { type: 'search', id: 'filter', placeholder: 'Name, index or meaning', 'aria-label': 'Filter' });
   const only = ['All', 'Different from default', 'Unsaved'];
@@ -52,20 +55,15 @@ const show = host => {
     attempt(() => request('restore', { node }), 'The defaults are restored').then(() => setTimeout(load, 1500));
   }
 
-  async function change(object, entered, input) {
-    const why = input.closest('tr').querySelector('.why');
+  async function change(object, value) {
     const before = values[object.address];
     try {
-      Object.assign(values, await request('write', { node, object: object.address, value: entered }));
-      undo.push({ node, address: object.address, before, after: values[object.address] });
-      say(why, '');
-      input.setAttribute('aria-invalid', 'false');
+      Object.assign(values, await request('write', { node, object: object.address, value: String(object.kind === 'integer' ? Math.round(value * scale(object)) : value) }));
     } catch (error) {
       // What the actuator has refused stays in view, with its words.
-      say(why, error.message);
-      input.setAttribute('aria-invalid', 'true');
-      return;
+      return fields.get(object.address)?.refuse(error.message);
     }
+    undo.push({ node, address: object.address, before });
     refresh(object);
   }
 
@@ -85,8 +83,8 @@ const show = host => {
   function refresh(object) {
     const row = document.getElementById(`o-${object.address}`);
     if (!row) return;
-    const input = row.querySelector('input');
-    if (input && document.activeElement !== input) input.value = text(object, values[object.address]);
+    const field = fields.get(object.address);
+    if (field && document.activeElement !== field.input) field.set(parse(text(object, values[object.address])));
     put(row.querySelector('.marks'), marks(object));
     back.disabled = !undo.length || !hasControl();
   }
@@ -94,14 +92,14 @@ const show = host => {
   const editor = object => {
     if (object.access !== 'rw' || object.kind === 'text' || !object.is_stored && object.index >= 0x2000 && !/^(Capture|Excitation)/.test(object.object))
       return h('span', { class: 'mono' }, text(object, values[object.address]));
-    const input = h('input', {
-      class: 'number', inputmode: 'decimal', value: text(object, values[object.address]), 'aria-label': object.name, disabled: !hasControl(), 'data-control': true,
-      onchange: event => change(object, event.target.value.trim(), event.target),
-    });
-    return input;
+    const field = new NumberField(`v-${object.address}`, quantityOf(object), values[object.address] / scale(object), value => change(object, value),
+      { 'aria-label': object.name, disabled: !hasControl(), 'data-control': true });
+    fields.set(object.address, field);
+    return field.element;
   };
 
   function build() {
+    fields.clear();
     const groups = new Map();
     for (const object of state.objects.values()) {
       if (values[object.address] === undefined || object.sub === 0) continue;
@@ -117,8 +115,8 @@ const show = host => {
       h('summary', {}, key, h('span', { class: 'soft' }, '')),
       table(['Object', { name: 'Value', number: true }, 'Unit', { name: 'Range' }, 'Default', ''], h('tbody', {}, objects.map(object => h('tr', { id: `o-${object.address}` },
         h('td', { title: `${object.meaning} ${object.source ? `Default: ${object.source}` : ''}`.trim() }, h('span', { class: 'soft mono' }, `${object.address} `), object.sub == null ? object.object : object.entry,
-          object.meaning && h('div', { class: 'soft' }, object.meaning.slice(0, 110)), h('div', { class: 'why', role: 'alert' })),
-        h('td', { class: 'number' }, editor(object)), h('td', { class: 'unit' }, object.unit), h('td', { class: 'soft' }, range(object)),
+          object.meaning && h('div', { class: 'soft' }, object.meaning.slice(0, 110))),
+        h('td', { class: 'number' }, editor(object)), h('td', { class: 'unit' }, unit(object)), h('td', { class: 'soft' }, range(object)),
         h('td', { class: 'mono soft' }, text(object, defaultOf(object, node))), h('td', { class: 'marks' }, marks(object))))), { class: 'objects' }))));
     filter();
   }
@@ -146,14 +144,15 @@ const show = host => {
   async function compare() {
     const [chosenFile] = file.files;
     if (!chosenFile) return;
-    const content = await chosenFile.text();
     file.value = '';
+    if (chosenFile.size > MESSAGE_BYTES) return toast(`${chosenFile.name} has ${chosenFile.size} bytes: it is no file of parameters`, 'bad');
+    const content = await chosenFile.text();
     const parsed = await attempt(() => request('parse_file', { text: content }));
     if (!parsed) return;
     const different = Object.entries(parsed.values).map(([address, value]) => ({ object: state.objects.get(address), value }))
       .filter(({ object, value }) => object.kind === 'real' ? Math.fround(+value) !== Math.fround(+values[object.address]) : Number(value) !== Number(values[object.address]));
     const rows = different.map(({ object, value }) => h('tr', {}, h('td', {}, h('input', { type: 'checkbox', checked: true, 'aria-label': `Write ${object.name}` })),
-      h('td', {}, object.name), h('td', { class: 'number' }, text(object, values[object.address])), h('td', { class: 'number' }, value), h('td', { class: 'why' })));
+      h('td', {}, object.name, unit(object) && ` (${unit(object)})`), h('td', { class: 'number' }, text(object, values[object.address])), h('td', { class: 'number' }, text(object, value)), h('td', { class: 'why' })));
     const writeAll = async () => {
       for (const [i, { object, value }] of different.entries()) {
         const row = rows[i], box = row.querySelector('input'), why = row.querySelector('.why');

@@ -10,6 +10,8 @@ const css = name => getComputedStyle(document.documentElement).getPropertyValue(
 const PERIOD_S = 0.004;
 // Samples that are further apart are a gap.
 const GAP_S = 3.5 * PERIOD_S;
+// Samples come in groups: those of one actuator may be this much later than those of another.
+const LATE_S = 0.3;
 
 // The range of an axis: kept while the data fill a good part of it, so that it does not tremble.
 const range = (least, state) => (u, low, high) => {
@@ -26,7 +28,7 @@ const range = (least, state) => (u, low, high) => {
 export class LivePlot {
   // `panels`: label, unit, keys, least span; `options`: height, sync key, whether times are shown.
   constructor(host, panels, options = {}) {
-    Object.assign(this, { host, panels, nodes: [], window: 10, end: null, charts: [], frames: 0, ...options });
+    Object.assign(this, { host, panels, nodes: [], window: 10, end: null, charts: [], gaps: [], frames: 0, ...options });
     this.hidden = new Set();
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(host);
@@ -68,6 +70,7 @@ export class LivePlot {
           markers: { width: 2, stroke: (u, i) => i ? u.series[i].stroke(u, i) : 'transparent', dash: (u, i) => u.series[i].dash ? 'dashed' : 'solid' },
         },
         hooks: {
+          drawClear: [u => this.shade(u)],
           setSelect: [u => this.zoomed?.(u.posToVal(u.select.left, 'x'), u.posToVal(u.select.left + u.select.width, 'x'))],
         },
       }, [[], ...series.map(() => [])], this.host);
@@ -93,6 +96,7 @@ export class LivePlot {
       x[2 * i + 1] = (first + i + 0.75) * step;
     }
     const columns = new Map();
+    this.gaps = [];
     const of = (node, key) => {
       const name = `${node}/${key}`;
       if (!columns.has(name)) columns.set(name, this.reduce(node, key, start, end, first, steps, step));
@@ -113,15 +117,19 @@ export class LivePlot {
     const r = ring(node);
     if (!r) return y;
     const values = r.values[column(key)], time = r.time;
-    let before = null;
-    for (let i = r.find(start); i < r.count; i++) {
+    const least = Math.max(GAP_S, 1.5 * step), from = r.find(start);
+    let before = from > r.first ? start : null;
+    // One quantity of an actuator shows the gaps of all.
+    const gap = until => { if (key === this.panels[0].keys[0]) this.gaps.push([before, until]); };
+    for (let i = from; i < r.count; i++) {
       const at = i % r.size, t = time[at], value = values[at];
       if (t > end) break;
       const k = Math.floor(t / step) - first;
       if (k < 0 || k >= steps || Number.isNaN(value)) continue;
-      if (before != null && t - before > Math.max(GAP_S, 1.5 * step)) {
-        const gap = Math.floor(before / step) - first + 1;
-        if (gap < k) y[2 * gap] = null;
+      if (before != null && t - before > least) {
+        const after = Math.floor(before / step) - first + 1;
+        if (after < k) y.fill(null, 2 * after, 2 * k);
+        gap(t);
       }
       before = t;
       const a = y[2 * k];
@@ -135,7 +143,16 @@ export class LivePlot {
         else if (value < low) { y[2 * k] = high; y[2 * k + 1] = value; }
       }
     }
+    if (before != null && end - before > LATE_S) gap(end);
     return y;
+  }
+  // Time without telemetry.
+  shade(u) {
+    u.ctx.fillStyle = css('--grid');
+    for (const [from, to] of this.gaps) {
+      const left = u.valToPos(from, 'x', true);
+      u.ctx.fillRect(left, u.bbox.top, u.valToPos(to, 'x', true) - left, u.bbox.height);
+    }
   }
   destroy() {
     this.observer.disconnect();

@@ -2,6 +2,8 @@
 
 const token = new URLSearchParams(location.search).get('token') ?? '';
 const waiting = new Map(), listeners = new Map();
+// The server closes the page for a longer message.
+export const MESSAGE_BYTES = 1 << 18;
 let socket = null, next = 1, closedWhy = '';
 
 export const getToken = () => token;
@@ -20,9 +22,10 @@ export const send = message => { if (isOpen()) socket.send(JSON.stringify(messag
 // The answer to a request; fails with the server's words.
 export const request = (what, values = {}) => new Promise((resolve, reject) => {
   if (!isOpen()) return reject(new Error('the server does not answer'));
-  const id = next++;
+  const id = next++, text = JSON.stringify({ id, do: what, ...values });
+  if (new Blob([text]).size > MESSAGE_BYTES) return reject(new Error('the request is too long'));
   waiting.set(id, { resolve, reject });
-  send({ id, do: what, ...values });
+  socket.send(text);
 });
 
 const receive = text => {

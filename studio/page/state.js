@@ -13,6 +13,13 @@ const changed = () => watchers.forEach(watcher => watcher());
 export const actuators = () => state.nodes.filter(node => node.is_actuator);
 export const chosen = () => state.nodes.find(node => node.node === state.node);
 export const hasControl = () => state.control.holder === state.page;
+// Why the chosen actuator cannot be moved from this page; empty if it can.
+export const whyNot = () => {
+  const one = chosen();
+  return !hasControl() ? 'Another page has control: take it to move.' : !one ? 'No actuator has been found.'
+    : state.busProblem || one.is_lost ? 'The actuator is not connected.' : one.has_fault ? 'A fault: see the view Faults, and reset it there.'
+      : one.is_stopping ? 'The drive is stopping.' : !one.is_enabled ? 'The drive is not enabled: hold the button in the view Move for a moment.' : '';
+};
 export const object = address => state.objects.get(address);
 export const choose = node => { state.node = node; changed(); };
 // The colour of an actuator, the same in all views.
@@ -37,8 +44,13 @@ on('log', entry => {
 on('closed', changed);
 
 // Objects are in thousandths of a degree where people use degrees.
-export const scale = object => /^mdeg|^mHz|^mdegC/.test(object.unit) ? 1000 : 1;
+export const scale = object => /^m(deg|Hz)/.test(object.unit) ? 1000 : 1;
 export const unit = object => object.unit.replace(/^m(deg|Hz)/, '$1');
+// What a field for the values of an object accepts.
+export const quantityOf = (object, factor = scale(object)) => ({
+  unit: unit(object), min: object.min == null ? undefined : object.min / factor, max: object.max == null ? undefined : object.max / factor,
+  isWhole: object.kind === 'integer' && factor === 1,
+});
 
 // Reads and writes objects of the chosen actuator.
 export const read = (...objects) => request('read', { node: state.node, objects });

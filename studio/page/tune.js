@@ -1,7 +1,8 @@
 // Gains: predicted for a motor and a target, beside the measured step.
 import { h, put, say, button, attempt, fixed, badge, short, toast } from './dom.js';
 import { request } from './socket.js';
-import { state, watch, chosen, hasControl, read } from './state.js';
+import { NumberField } from './number.js';
+import { state, watch, chosen, hasControl, whyNot, object, quantityOf, read } from './state.js';
 import { slice, latest } from './ring.js';
 
 // What the user has entered, and what was measured, stays while other views are shown.
@@ -18,10 +19,15 @@ const show = host => {
   for (const parameter of [...tune.motor, ...tune.inner, ...tune.position]) entered[parameter.name] ??= parameter.default;
   entered[STEP] ??= 20;
   let answer = null, present = null;
-  const field = parameter => [h('label', { for: `t-${parameter.name}`, title: parameter.help }, parameter.help.split(/[,:.]/)[0]), h('input', {
-    id: `t-${parameter.name}`, type: 'number', step: 'any', value: +entered[parameter.name].toPrecision(6), min: parameter.min, max: parameter.max,
-    oninput: event => { if (Number.isFinite(event.target.valueAsNumber)) { entered[parameter.name] = event.target.valueAsNumber; later(); } },
-  }), h('span', { class: 'unit' }, parameter.unit)];
+  const fields = new Map();
+  const number = (name, id, quantity) => {
+    const field = new NumberField(id, quantity, entered[name], value => { entered[name] = value; }, { isLive: true });
+    field.input.addEventListener('input', () => later());
+    fields.set(name, field);
+    return field.element;
+  };
+  const field = parameter => [h('label', { for: `t-${parameter.name}`, title: parameter.help }, parameter.help.split(/[,:.]/)[0]),
+    number(parameter.name, `t-${parameter.name}`, parameter), h('span', { class: 'unit' }, parameter.unit)];
   const target = h('div', { class: 'fields' });
   const which = h('select', { id: 't-kind', 'aria-label': 'Target', onchange: event => { kind = event.target.value; build(); later(); } },
     h('option', { value: 'inner' }, 'Bandwidth of the rate loop'), h('option', { value: 'position' }, 'Bandwidth of the position loop'));
@@ -31,6 +37,7 @@ const show = host => {
   const stepPlot = h('div', { id: 'step' }), bodePlot = h('div', { id: 'bode' });
   const apply = button('Apply to the actuator', applyGains, { class: 'primary', id: 'apply' });
   const measure = button('Measure the step', measureStep, { id: 'measure' });
+  const why = h('p', { class: 'soft', 'aria-live': 'polite' });
   const clear = button('Forget', () => { measured.length = 0; draw(); });
   put(host, h('div', { class: 'cards two' },
     h('div', { class: 'column' },
@@ -40,13 +47,14 @@ const show = host => {
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Gains'), apply), gains, results, problems)),
     h('div', { class: 'column' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Step'), h('div', { class: 'row' },
-        h('label', {}, h('input', { id: 't-step', type: 'number', step: 'any', value: entered[STEP], oninput: event => { if (Number.isFinite(event.target.valueAsNumber)) { entered[STEP] = event.target.valueAsNumber; later(); } } }), ' deg'), measure, clear)), stepPlot,
+        h('label', {}, number(STEP, 't-step', quantityOf(object('2020:4'))), ' deg'), measure, clear)), why, stepPlot,
       h('p', { class: 'soft' }, 'Measuring runs a pulse of this height on the enabled actuator. The last two measurements stay, to compare before and after.')),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Frequency response of the sampled loop')), bodePlot))));
   build();
 
-  let timer = null;
-  const later = () => { clearTimeout(timer); timer = setTimeout(compute, 200); };
+  let timer = null, asked = 0;
+  const later = () => { answer = null; asked++; update(); clearTimeout(timer); timer = setTimeout(compute, 200); };
+  const isValid = () => [...fields.values()].every(field => !field.input.isConnected || !field.problem);
   async function compute() {
     if (present === null && chosen()) {
       const objects = tune.gains.map(gain => gain.object);
@@ -54,13 +62,16 @@ const show = host => {
       if (values) present = Object.fromEntries(tune.gains.map(gain => [gain.name, values[gain.object]]));
     }
     put(problems);
+    if (!isValid()) return put(problems, h('p', { class: 'note bad' }, 'A field has no valid number.'));
+    const number = ++asked;
     try {
-      answer = await request('tune', { ...entered, is_position: kind === 'position', gains: present });
+      const received = await request('tune', { ...entered, is_position: kind === 'position', gains: present });
+      if (number !== asked) return;
+      answer = received;
     } catch (error) {
-      answer = null;
       put(problems, h('p', { class: 'note bad', role: 'alert' }, error.message));
     }
-    apply.disabled = !answer || !hasControl();
+    update();
     if (!answer) return;
     put(gains, h('table', {}, h('thead', {}, h('tr', {}, ['Gain', 'Actuator', 'Computed', ''].map((name, i) => h('th', { class: i === 1 || i === 2 ? 'number' : '', scope: 'col' }, name)))),
       h('tbody', {}, tune.gains.map(gain => h('tr', {}, h('td', { title: gain.name }, `${gain.symbol} `), h('td', { class: 'number' }, short(present?.[gain.name])), h('td', { class: 'number' }, h('b', {}, short(answer.gains[gain.name]))), h('td', { class: 'unit' }, gain.unit))))));
@@ -105,8 +116,8 @@ const show = host => {
   }
   const update = () => {
     apply.disabled = !answer || !hasControl();
-    measure.disabled = !hasControl() || !chosen()?.is_enabled;
-    measure.title = chosen()?.is_enabled ? '' : 'Enable the drive in the view Move first';
+    measure.disabled = !answer || Boolean(whyNot());
+    say(why, whyNot() || (answer ? '' : 'Measuring needs a valid target.'));
   };
   let node = null;
   return watch(() => {

@@ -210,8 +210,8 @@ impl Application for Bridge<'_> {
         self.core.pages.tell_all(&control);
     }
 
-    fn message(&self, page: PageId, text: &str) -> Result<(), String> {
-        requests::handle(self.core, page, text)
+    fn message(&self, page: PageId, text: &str) {
+        requests::handle(self.core, page, text);
     }
 
     fn download(&self, name: &str) -> Option<Download> {

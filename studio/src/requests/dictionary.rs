@@ -52,8 +52,18 @@ fn part(index: u16) -> &'static str {
     }
 }
 
+/// The range of an integer type; `None` for other types and those of 64 bits, which a page's numbers
+/// do not hold.
+fn limits_of(kind: DataType) -> Option<(String, String)> {
+    let (size, is_signed) = names::layout(kind).filter(|(size, _)| *size < 8)?;
+    let bits = 8 * size as u32 - u32::from(is_signed);
+    let greatest = (1_i64 << bits) - 1;
+    let least = if is_signed { -greatest - 1 } else { 0 };
+    Some((least.to_string(), greatest.to_string()))
+}
+
 fn object(row: &Row) -> Value {
-    let (low, high) = row.limits.clone().unzip();
+    let (low, high) = row.limits.clone().or_else(|| limits_of(row.kind)).unzip();
     json!({
         "address": address(row), "name": names::name(row), "object": row.object,
         "entry": row.entry, "index": row.index, "sub": row.sub, "part": part(row.index),

@@ -22,16 +22,20 @@ use crate::web::{PageId, Pages};
 
 pub use dictionary::hello;
 
-/// The identifier and the request of a message.
+/// The identifier of a message, 0 where it has none, and its request.
 ///
 /// The arguments are beside `do`. An attribute `tag` would buffer them, and buffered numbers with
 /// a fraction are refused where any other crate enables `arbitrary_precision` of `serde_json`.
-fn parse(text: &str) -> Result<(u64, Request), serde_json::Error> {
-    let mut arguments: Map<String, Value> = serde_json::from_str(text)?;
-    let id = match arguments.remove("id") {
-        Some(id) => serde_json::from_value(id)?,
-        None => 0,
+fn parse(text: &str) -> (u64, Result<Request, serde_json::Error>) {
+    let mut arguments: Map<String, Value> = match serde_json::from_str(text) {
+        Ok(arguments) => arguments,
+        Err(error) => return (0, Err(error)),
     };
+    let id = arguments.remove("id").and_then(|id| id.as_u64());
+    (id.unwrap_or(0), request(arguments))
+}
+
+fn request(mut arguments: Map<String, Value>) -> Result<Request, serde_json::Error> {
     let name: String = match arguments.remove("do") {
         Some(name) => serde_json::from_value(name)?,
         None => return Err(serde_json::Error::missing_field("do")),
@@ -39,10 +43,10 @@ fn parse(text: &str) -> Result<(u64, Request), serde_json::Error> {
     if arguments.is_empty()
         && let Ok(request) = serde_json::from_value(Value::String(name.clone()))
     {
-        return Ok((id, request));
+        return Ok(request);
     }
     let request = Map::from_iter([(name, Value::Object(arguments))]);
-    Ok((id, serde_json::from_value(Value::Object(request))?))
+    serde_json::from_value(Value::Object(request))
 }
 
 /// Settings of 2020h by their sub-indices.
@@ -248,21 +252,22 @@ impl Context {
     }
 }
 
-/// Handles a message of a page.
-///
-/// # Errors
-/// The message is no request.
-pub fn handle(core: &Arc<Core>, page: PageId, text: &str) -> Result<(), String> {
-    let (id, request) = parse(text).map_err(|error| format!("not a request: {error}"))?;
+/// Handles a message of a page. One that is no request is answered as one that is refused: the page
+/// stays open.
+pub fn handle(core: &Arc<Core>, page: PageId, text: &str) {
+    let (id, request) = parse(text);
     let reply = Reply {
         pages: core.pages.clone(),
         page,
         id,
     };
+    let request = match request {
+        Ok(request) => request,
+        Err(error) => return reply.result(Err(format!("not a request: {error}"))),
+    };
     let has_control = core.with(|state| state.control.is_held_by(page));
     if request.needs_control() && !has_control {
-        reply.result(Err("another page has the control; take it first".into()));
-        return Ok(());
+        return reply.result(Err("another page has the control; take it first".into()));
     }
     let context = Context {
         core: Arc::clone(core),
@@ -270,7 +275,6 @@ pub fn handle(core: &Arc<Core>, page: PageId, text: &str) -> Result<(), String> 
         reply,
     };
     dispatch(context, request);
-    Ok(())
 }
 
 fn dispatch(context: Context, request: Request) {

@@ -48,6 +48,7 @@ pub const FILES: &[Asset] = scripts![
     "socket.js",
     "state.js",
     "dom.js",
+    "number.js",
     "ring.js",
     "plot.js",
     "control.js",

@@ -108,7 +108,7 @@ impl Connection {
         &mut self,
         guard: &Guard,
         download: &dyn Fn(&str) -> Option<Download>,
-        receive: &mut dyn FnMut(&str) -> Result<(), String>,
+        receive: &mut dyn FnMut(&str),
     ) -> Turn {
         match &mut self.state {
             State::Head(_) => match self.read_head(guard, download) {
@@ -219,16 +219,16 @@ impl Connection {
         Ok(Turn::Joined)
     }
 
-    fn read_socket(&mut self, receive: &mut dyn FnMut(&str) -> Result<(), String>) -> Turn {
+    fn read_socket(&mut self, receive: &mut dyn FnMut(&str)) -> Turn {
         let State::Socket(socket) = &mut self.state else {
             return Turn::Ended(None);
         };
         for _ in 0..TURN_MESSAGES {
             let why = match socket.read() {
-                Ok(tungstenite::Message::Text(text)) => match receive(text.as_str()) {
-                    Ok(()) => continue,
-                    Err(why) => why,
-                },
+                Ok(tungstenite::Message::Text(text)) => {
+                    receive(text.as_str());
+                    continue;
+                }
                 Ok(tungstenite::Message::Binary(_)) => "a binary message".to_owned(),
                 Ok(_) => continue,
                 Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => {

@@ -54,10 +54,7 @@ pub trait Application {
     fn left(&self, page: PageId);
 
     /// A message of a page. It must not wait.
-    ///
-    /// # Errors
-    /// The message is no request; the page is closed.
-    fn message(&self, page: PageId, text: &str) -> Result<(), String>;
+    fn message(&self, page: PageId, text: &str);
 
     /// A file for the user.
     fn download(&self, name: &str) -> Option<Download>;

@@ -34,6 +34,7 @@ try {
   const command = name => page.evaluate(`(() => { const s = document.querySelector('#view-devices tbody select'); s.value = '${name}'; s.onchange({ target: s }); })()`);
   await command('pre-operational');
   await page.until(`${network} === 'pre-operational'`);
+  await wait(1500);
   await command('start');
   await page.until(`${network} === 'operational'`);
   await page.click('#lss');
@@ -50,6 +51,18 @@ try {
     rmSync(path);
   };
   await page.show('live');
+  // The time without telemetry is shaded, and no curve is drawn across it.
+  const other = "[...document.querySelectorAll('#view-live .chip')].find(chip => chip.textContent === 'Node 2')";
+  await page.evaluate(`${other}?.click()`);
+  await wait(500);
+  const shaded = await page.evaluate(`(() => {
+    const { width, height, data } = (c => c.getContext('2d').getImageData(0, 0, c.width, c.height))(document.querySelector('#live-plots canvas'));
+    const column = x => Array.from({ length: height }, (_, y) => data.slice(4 * (y * width + x), 4 * (y * width + x) + 4).join());
+    const shade = getComputedStyle(document.documentElement).getPropertyValue('--grid').trim().replace('#', '').match(/../g).map(part => parseInt(part, 16)).concat(255).join();
+    return Array.from({ length: width }, (_, x) => column(x)).filter(pixels => pixels.filter(pixel => pixel === shade).length > 0.8 * height - 30 && new Set(pixels).size <= 3).length;
+  })()`);
+  assert.ok(shaded > 50, `${shaded} columns of pixels are shaded`);
+  await page.evaluate(`${other}?.click()`);
   // 500 rows are 5 s, of which the device has been silent for some time above.
   await wait(3_000);
   await page.click('#pause');
@@ -91,23 +104,23 @@ try {
   await page.until("document.querySelectorAll('#view-parameters tbody tr').length > 250");
   const row = "document.getElementById('o-607D:1')";
   const enter = value => page.evaluate(`(() => { const i = ${row}.querySelector('input'); i.value = '${value}'; i.dispatchEvent(new Event('change')); })()`);
-  await enter(70000);
+  await enter('70,0 deg');
   await page.until(`${row}.querySelector('.why').textContent`);
   assert.match(await page.evaluate(`${row}.querySelector('.why').textContent`), /the maximum would be below the minimum/);
   await page.fill('#filter', 'software position');
   await page.picture('parameters');
-  await enter(-50000);
+  await enter(-50);
   await page.until(`${row}.querySelector('.marks').textContent.includes('unsaved')`);
   await page.tap('#export-dcf');
   let dcf;
   await saved('actuator-1.dcf', bytes => { dcf = bytes.toString(); });
   assert.match(dcf, /\[607Dsub1\][^[]*ParameterValue=-50000/);
   await page.tap('#undo');
-  await page.until(`${row}.querySelector('input').value === '-60000'`);
+  await page.until(`${row}.querySelector('input').value === '-60'`);
   await page.evaluate(`(() => { const data = new DataTransfer(); data.items.add(new File([${JSON.stringify(dcf)}], 'actuator-1.dcf')); const file = document.getElementById('file'); file.files = data.files; file.dispatchEvent(new Event('change')); })()`);
   await page.until("[...document.querySelectorAll('#view-parameters h2')].some(h => / 1 of \\d+ values differ/.test(h.textContent))");
   await page.tap('#write-file');
-  await page.until(`${row}.querySelector('input').value === '-50000'`);
+  await page.until(`${row}.querySelector('input').value === '-50'`);
   await page.tap('#save');
   await page.until(`!${row}.querySelector('.marks').textContent.includes('unsaved')`);
   took('parameters');
