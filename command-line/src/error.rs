@@ -57,6 +57,9 @@ pub enum Error {
         /// The values that it takes.
         expected: &'static str,
     },
+    /// Fits of these models are not those of an optimum.
+    #[error("the search has not converged: the values of {} are not those of an optimum", .0.join(", "))]
+    NotConverged(Vec<String>),
     /// Options exclude each other, or a request cannot be met.
     #[error("{0}")]
     Conflict(String),
@@ -71,6 +74,7 @@ impl Error {
         note!("error: {self}");
         ExitCode::from(match self {
             refusal if refusal.is_refusal() => 3,
+            Self::NotConverged(_) => 3,
             Self::Update(UpdateError::Hardware { .. }) => 2,
             Self::Update(_) => 1,
             Self::Bus(error) if error.is_at_limit() => 4,

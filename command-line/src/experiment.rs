@@ -71,9 +71,8 @@ pub struct Experiment {
     /// Writes the best of the designed inputs, for `simulate --input-file`
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Prints JSON instead of tables
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: output::Json,
 }
 
 /// The most samples: an hour at 1 kHz.
@@ -82,9 +81,9 @@ const MOST_SAMPLES: f64 = 3.6e6;
 impl Experiment {
     pub(super) fn run(self) -> Result<(), Error> {
         let bench = self.bench()?;
-        if let Some(path) = &self.csv {
-            file::check(&[("--csv", path)], &self.parameter_file)?;
-        }
+        let files = [("--csv", self.csv.as_deref()), ("--json", self.json.file())];
+        let given = files.into_iter().filter_map(|(o, path)| Some((o, path?)));
+        file::check(&given.collect::<Vec<_>>(), &self.parameter_file)?;
         let limits = Limits {
             bandwidth_hz: self.band.unwrap_or_else(|| bandwidth_hz(&bench)),
             most_deg: self.amplitude,
@@ -95,15 +94,14 @@ impl Experiment {
             file::write(path, result::csv(&designs[best], bench.step_s))?;
             note!("input: {}", path.display());
         }
-        if self.json {
-            output::print(&result::json(&bench, &limits, &designs, best))?;
-        } else {
+        let tables = || {
             output::print_table(&result::table(&designs, best))?;
-            if let Some(best) = best {
-                output::print(&format!("\n{}\n", result::verdict(&designs[best])))?;
-            }
-        }
-        Ok(())
+            best.map_or(Ok(()), |best| {
+                output::print(&format!("\n{}\n", result::verdict(&designs[best])))
+            })
+        };
+        let json = || result::json(&bench, &limits, &designs, best);
+        self.json.write(json, tables)
     }
 
     fn bench(&self) -> Result<ExperimentSetup, Error> {

@@ -49,9 +49,8 @@ pub struct Identify {
 /// Files for the results.
 #[derive(Debug, Args)]
 pub struct Outputs {
-    /// Writes all results as JSON; with `-`, nothing else is printed
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: output::Json,
     /// Writes a self-contained page with all figures
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
@@ -106,7 +105,13 @@ impl Identify {
             nonparametric: &nonparametric,
             loaded: &loaded,
         };
-        self.outputs.write(&found)
+        self.outputs.write(&found)?;
+        let open = assessments.iter().filter(|a| !a.fit.has_converged());
+        let open: Vec<String> = open.map(|a| a.name.clone()).collect();
+        match open.is_empty() {
+            true => Ok(()),
+            false => Err(Error::NotConverged(open)),
+        }
     }
 }
 
@@ -126,10 +131,8 @@ impl Outputs {
     /// Checks in advance that the files can be written, are different, and are not those of the
     /// data.
     pub fn check(&self, parameters: Option<&Path>, data: &DataOptions) -> Result<(), Error> {
-        let json = self.json.as_deref();
-        let json = json.filter(|path| !output::is_standard_output(path));
         let all = [
-            ("--json", json),
+            ("--json", self.json.file()),
             ("--html", self.html.as_deref()),
             ("--parameters", parameters),
         ];
@@ -149,17 +152,7 @@ impl Outputs {
             fit_page::page(&content).write(path)?;
             note!("report: {}", path.display());
         }
-        match self.json.as_deref() {
-            Some(path) if output::is_standard_output(path) => output::print(&json(found)),
-            path => {
-                print(found)?;
-                if let Some(path) = path {
-                    file::write(path, json(found))?;
-                    note!("everything as JSON: {}", path.display());
-                }
-                Ok(())
-            }
-        }
+        self.json.write(|| json(found), || print(found))
     }
 }
 

@@ -47,8 +47,8 @@ use error::Error;
 /// A smart RC-servo actuator: simulation, identification, tuning and CAN.
 ///
 /// Exit status: 0 success, 1 a file or a bus cannot be read or written, 2 the command line, a
-/// parameter or an input is invalid, 3 an actuator refuses, 4 it stopped at one of its limits, 130
-/// interrupted.
+/// parameter or an input is invalid, 3 an actuator refuses or a fit has not converged, 4 an
+/// actuator stopped at one of its limits, 130 interrupted.
 #[derive(Debug, Parser)]
 #[command(name = "actuator", version, max_term_width = 100)]
 #[command(mut_subcommands(with_negative_numbers))]

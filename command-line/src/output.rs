@@ -3,14 +3,18 @@
 use std::{
     fmt,
     io::{self, Write},
-    path::Path,
+    path::{Path, PathBuf},
     sync::atomic::{AtomicBool, Ordering::Relaxed},
 };
 
+use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::error::Error;
-use host_sim::{file::WriteError, table::Table};
+use host_sim::{
+    file::{self, WriteError},
+    table::Table,
+};
 
 /// Whether the name is that of standard output.
 pub fn is_standard_output(path: &Path) -> bool {
@@ -42,6 +46,46 @@ pub fn is_note_lost() -> bool {
 pub fn print(text: &str) -> Result<(), Error> {
     let result = io::stdout().lock().write_all(text.as_bytes());
     result.map_err(|source| write_error(Path::new("-"), source))
+}
+
+/// Results as JSON, in all commands that compute.
+#[derive(Debug, Args)]
+pub struct Json {
+    /// Writes all results as JSON, without a file to standard output, where nothing else is printed
+    #[arg(long = "json", value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
+    path: Option<PathBuf>,
+}
+
+impl Json {
+    /// That of an option without a file.
+    pub fn flag(is_given: bool) -> Self {
+        Self {
+            path: is_given.then(|| "-".into()),
+        }
+    }
+
+    /// The file; `None` for standard output too.
+    pub fn file(&self) -> Option<&Path> {
+        let path = self.path.as_deref();
+        path.filter(|path| !is_standard_output(path))
+    }
+
+    /// Writes the results: as JSON alone to standard output, or in tables and to the file.
+    pub fn write(
+        &self,
+        json: impl FnOnce() -> String,
+        tables: impl FnOnce() -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        if self.path.is_some() && self.file().is_none() {
+            return print(&json());
+        }
+        tables()?;
+        if let Some(path) = self.file() {
+            file::write(path, json())?;
+            note!("JSON: {}", path.display());
+        }
+        Ok(())
+    }
 }
 
 /// The width of the terminal; without one no line is too long.

@@ -62,13 +62,10 @@ pub fn preset_names(presets: impl IntoIterator<Item = &'static Preset>) -> Possi
     }))
 }
 
-/// Writes the parameters to standard output, as text or as JSON.
-pub fn print(parameters: &[(String, Value)], as_json: bool) -> Result<(), Error> {
-    if as_json {
-        output::print(&json(parameters))
-    } else {
-        output::print(&list(parameters, output::width()))
-    }
+/// Writes the parameters as text or as JSON.
+pub fn print(parameters: &[(String, Value)], to: &output::Json) -> Result<(), Error> {
+    let text = || output::print(&list(parameters, output::width()));
+    to.write(|| json(parameters), text)
 }
 
 /// A paragraph for each parameter, in lines of at most `width` columns.

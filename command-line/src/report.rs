@@ -24,9 +24,8 @@ pub struct Report {
     /// The page
     #[arg(long, value_name = "FILE", default_value = "actuator-report.html")]
     out: PathBuf,
-    /// Writes all figures of the tables as JSON; with `-`, nothing else is printed
-    #[arg(long, value_name = "FILE")]
-    json: Option<PathBuf>,
+    #[command(flatten)]
+    json: output::Json,
     /// Writes each figure of the page as an SVG into this folder
     #[arg(long, value_name = "DIR")]
     figures: Option<PathBuf>,
@@ -34,9 +33,7 @@ pub struct Report {
 
 impl Report {
     pub(super) fn run(self) -> Result<(), Error> {
-        let json = self.json.as_deref();
-        let json = json.filter(|path| !output::is_standard_output(path));
-        let files: Vec<_> = [("--out", Some(&*self.out)), ("--json", json)]
+        let files: Vec<_> = [("--out", Some(&*self.out)), ("--json", self.json.file())]
             .into_iter()
             .filter_map(|(option, path)| Some((option, path?)))
             .collect();
@@ -53,18 +50,11 @@ impl Report {
             write_figures(&page, folder)?;
             note!("figures: {}", folder.display());
         }
-        match self.json.as_deref() {
-            Some(path) if output::is_standard_output(path) => output::print(&comparison.to_json())?,
-            json => {
-                for table in tables::all(&comparison) {
-                    output::print_table(&table)?;
-                }
-                if let Some(path) = json {
-                    file::write(path, comparison.to_json())?;
-                    note!("figures of merit: {}", path.display());
-                }
-            }
-        }
+        let print = || {
+            let tables = tables::all(&comparison);
+            tables.iter().try_for_each(output::print_table)
+        };
+        self.json.write(|| comparison.to_json(), print)?;
         note!("report: {}", self.out.display());
         Ok(())
     }

@@ -15,6 +15,7 @@ use model_core::{
 
 use super::parameters::{self, ParameterOptions};
 use crate::error::Error;
+use crate::output::Json;
 use host_sim::{
     scenario::{INPUT_PREFIX, Scenario},
     settings::{ModelKind, PlantKind, Pwm, Value},
@@ -95,7 +96,7 @@ impl Simulate {
         let scenario = self.scenario()?;
         if self.parameters.list {
             let parameters = parameters(&scenario)?;
-            return parameters::print(&parameters, self.json);
+            return parameters::print(&parameters, &Json::flag(self.json));
         }
         let simulation = scenario.resolve()?;
         warn(&scenario);
@@ -143,7 +144,7 @@ impl Simulate {
             seed: self.seed,
             pwm: self.pwm,
             set: self.parameters.set.clone(),
-            path: None,
+            ..Scenario::default()
         }))
     }
 }

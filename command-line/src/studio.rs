@@ -59,6 +59,7 @@ impl Studio {
             listen: self.listen,
             bus_name: match &self.bus {
                 Some(bus) => bus.clone(),
+                None if self.nodes == 1 => "1 simulated actuator".into(),
                 None => format!("{} simulated actuators", self.nodes),
             },
             bus: simulated.clone().or(self.bus).unwrap_or_default(),

@@ -54,9 +54,8 @@ pub struct Tune {
     phase_margin: Option<f64>,
     #[command(flatten)]
     parameters: ParameterOptions,
-    /// Prints JSON instead of tables
-    #[arg(long)]
-    json: bool,
+    #[command(flatten)]
+    json: output::Json,
     /// Plots the Bode diagram with the margins, as .svg or interactive .html
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -66,23 +65,27 @@ impl Tune {
     pub(super) fn run(self) -> Result<(), Error> {
         let options = TuneOptions::new(self.preset.as_deref(), &self.settings())?;
         if self.parameters.list {
-            return parameters::print(&options.parameters(), self.json);
+            return parameters::print(&options.parameters(), &self.json);
         }
         if let Some(path) = &self.plot {
             plot::Format::of(path)?;
-            file::check(&[("--plot", path)], [])?;
         }
+        let files = [
+            ("--plot", self.plot.as_deref()),
+            ("--json", self.json.file()),
+        ];
+        let given = files.into_iter().filter_map(|(o, path)| Some((o, path?)));
+        file::check(&given.collect::<Vec<_>>(), [])?;
         let request = options.request();
         let tuning = tune::tune(&request).map_err(explained)?;
         for warning in &tuning.warnings {
             note!("warning: {warning}");
         }
         let command = options.simulate_command(&tuning)?;
-        if self.json {
-            output::print(&result::json(&tuning, command.as_deref()))?;
-        } else {
-            result::print(&tuning, command.as_deref())?;
-        }
+        self.json.write(
+            || result::json(&tuning, command.as_deref()),
+            || result::print(&tuning, command.as_deref()),
+        )?;
         if let Some(path) = &self.plot {
             plot::save(&tune::bode(&request, &tuning).map_err(explained)?, path)?;
             note!("plot: {}", path.display());

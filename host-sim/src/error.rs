@@ -168,12 +168,16 @@ impl Error {
         known: impl IntoIterator<Item = &'a str>,
         expected: impl Into<String>,
     ) -> Self {
-        // Below this similarity (Jaro-Winkler, 0 to 1) a suggestion misleads.
-        const LEAST_SIMILARITY: f64 = 0.8;
+        // Below this similarity (1 less the share of letters to be changed) a suggestion misleads.
+        const LEAST_SIMILARITY: f64 = 0.6;
+        let similarity = |known: &str| match known.starts_with(name) && !name.is_empty() {
+            true => LEAST_SIMILARITY,
+            false => strsim::normalized_damerau_levenshtein(name, known),
+        };
         let closest = known
             .into_iter()
             .filter(|known| !known.is_empty())
-            .map(|known| (strsim::jaro_winkler(name, known), known))
+            .map(|known| (similarity(known), known))
             .filter(|(similarity, _)| *similarity >= LEAST_SIMILARITY)
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, known)| known.to_owned());

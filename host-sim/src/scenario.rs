@@ -64,6 +64,9 @@ pub struct Scenario {
     /// Parameters by name, set after the preset; of several values for one the last applies.
     #[serde(deserialize_with = "file::set")]
     pub set: Vec<Setting>,
+    /// Parameters of `set` that a fit did not determine: the simulator needs their values, the
+    /// model of a board does not take them.
+    pub undetermined: Vec<String>,
     /// The file that it was read from.
     #[serde(skip)]
     pub path: Option<PathBuf>,

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use comfy_table::{CellAlignment, ContentArrangement, presets};
+use comfy_table::{CellAlignment, ColumnConstraint, ContentArrangement, presets};
 
 /// One entry of a table.
 #[derive(Debug, Clone, PartialEq)]
@@ -139,6 +139,14 @@ impl Table {
                 column.set_cell_alignment(CellAlignment::Right);
             }
         }
+        // A name would be broken within its unit.
+        let first = self.rows.iter().filter_map(|row| row.first());
+        let longest = first.map(|cell| cell.to_string().chars().count()).max();
+        if longest < Some(usize::from(width / 2))
+            && let Some(names) = table.column_mut(0)
+        {
+            names.set_constraint(ColumnConstraint::ContentWidth);
+        }
         format!("{}\n{table}", self.caption)
     }
 }
@@ -159,6 +167,17 @@ mod tests {
     fn a_value_rounded_to_zero_has_no_sign() {
         let shown = [-0.004, -0.006, 0.0, -10.0].map(|value| Cell::Number(value, 2).to_string());
         assert_eq!(shown, ["0.00", "-0.01", "0.00", "-10.00"]);
+    }
+
+    #[test]
+    fn names_are_whole_where_half_of_the_terminal_holds_them() {
+        let columns = ["parameter", "estimate", "standard error", "remark"].map(|name| (name, ""));
+        let mut table = Table::new("", &columns);
+        let remark = "at its lower bound: not identifiable";
+        table.push(["motor_inertia_kg_m2", "0.0233182", "0.0000270", remark].map(Cell::from));
+        for width in [40, 60, 80] {
+            assert!(table.to_terminal(width).contains("motor_inertia_kg_m2"));
+        }
     }
 
     #[test]

@@ -48,6 +48,14 @@ pub struct Estimate {
     pub profile: f64,
 }
 
+impl Estimate {
+    /// Whether it was searched for in vain: the experiments do not determine it, or it is at a bound
+    /// of its range.
+    pub fn is_undetermined(&self) -> bool {
+        !self.fixed && (!self.identifiable || self.at_bound.is_some())
+    }
+}
+
 /// A fitted model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
@@ -95,6 +103,11 @@ pub struct Fit {
 }
 
 impl Fit {
+    /// Whether the values are those of an optimum.
+    pub fn has_converged(&self) -> bool {
+        self.termination == Termination::Converged
+    }
+
     /// The estimate of this name, of an experiment where it has its own.
     pub fn estimate(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.name == name)

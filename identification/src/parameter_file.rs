@@ -66,6 +66,14 @@ pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
             let _ = writeln!(text, "# {remark}");
         }
     }
+    let shared = fit.estimates.iter().filter(|e| e.experiment.is_none());
+    let simulated = shared.filter(|e| known.contains(&e.name));
+    let undetermined =
+        simulated.filter(|e| e.is_undetermined() || !(e.fixed || fit.has_converged()));
+    let undetermined: Vec<&str> = undetermined.map(|e| e.name).collect();
+    if !undetermined.is_empty() {
+        let _ = writeln!(text, "undetermined = {undetermined:?}");
+    }
     text += "\n[set]\n";
     let mut values = drivetrain.map_or_else(|| values(fit), |drivetrain| drivetrain.values());
     values.retain(|(name, value, _)| known.contains(name) && value.is_finite());
@@ -79,7 +87,7 @@ pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
                 e.unit,
                 e.standard_error.max(e.standard_error_coloured)
             ),
-            Some(e) if !e.identifiable => writeln!(text, " # {}, not identifiable", e.unit),
+            Some(e) if e.is_undetermined() => writeln!(text, " # {}, not determined", e.unit),
             _ => writeln!(text),
         };
     }

@@ -157,6 +157,19 @@ pub enum ParameterError {
     },
 }
 
+/// A value in a message: with an exponent where it would have many digits.
+struct Shown(f64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let magnitude = if self.0 < 0.0 { -self.0 } else { self.0 };
+        match magnitude < f64::INFINITY && !(1e-7..1e15).contains(&magnitude) && magnitude > 0.0 {
+            true => write!(f, "{:e}", self.0),
+            false => write!(f, "{}", self.0),
+        }
+    }
+}
+
 impl fmt::Display for ParameterError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -173,8 +186,11 @@ impl fmt::Display for ParameterError {
                 let unit = if p.is_choice() { "" } else { p.unit };
                 write!(
                     f,
-                    "{} is {value}, expected a {kind} from {} to {}",
-                    p.name, p.min, p.max
+                    "{} is {}, expected a {kind} from {} to {}",
+                    p.name,
+                    Shown(*value),
+                    Shown(p.min),
+                    Shown(p.max)
                 )?;
                 if unit.is_empty() {
                     Ok(())
@@ -187,7 +203,7 @@ impl fmt::Display for ParameterError {
                 value,
                 allowed,
             } => {
-                write!(f, "{name} is {value}, expected {allowed}")
+                write!(f, "{name} is {}, expected {allowed}", Shown(*value))
             }
             Self::Disordered { low, high } => write!(f, "{low} is above {high}"),
         }

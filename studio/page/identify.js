@@ -68,9 +68,8 @@ const show = host => {
   }
   function present(answer) {
     figures.clear(result);
-    const { motor } = answer;
-    // Behind name, unit and estimate, an estimated parameter has an error or a remark.
-    const isEstimated = row => row.slice(3).some(cell => cell !== '–' && cell !== '');
+    const { motor } = answer, warnings = answer.warnings.filter(warning => !answer.doubts.includes(warning));
+    const isEstimated = row => row.at(-1) !== 'given';
     const estimates = rows => table(answer.parameters.columns.map((column, i) => ({ name: column.unit ? `${column.name} (${column.unit})` : column.name, number: i > 0 })), h('tbody', {}, rows.map(row => h('tr', {}, row.map((cell, i) => h('td', { class: i ? 'number' : '' }, cell))))));
     const takeOver = button('Take over', async () => {
       const values = Object.fromEntries(motor.objects.map(({ object, value }) => [object, value]));
@@ -81,10 +80,12 @@ const show = host => {
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, `${answer.model}: fit ${fixed(answer.fit_percent, 2)} %`), answer.is_stopped && h('span', { class: 'badge warn' }, 'ended early')),
         h('p', { class: 'soft' }, `${answer.samples} samples; the residuals have a standard deviation of ${fixed(answer.noise_deg, 4)}°.`),
         estimates(answer.parameters.rows.filter(isEstimated)),
-        h('details', {}, h('summary', {}, 'Fixed parameters'), estimates(answer.parameters.rows.filter(row => !isEstimated(row)))),
-        answer.warnings.map(warning => h('p', { class: 'note warn' }, warning))),
+        h('details', {}, h('summary', {}, 'Given parameters'), estimates(answer.parameters.rows.filter(row => !isEstimated(row)))),
+        answer.doubts.map(doubt => h('p', { class: 'note bad' }, 'The intervals may not hold: ', doubt)),
+        warnings.length > 0 && h('details', {}, h('summary', {}, `${warnings.length} warnings`), warnings.map(warning => h('p', { class: 'note warn' }, warning)))),
       motor && h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Motor for the board and the tuning'), takeOver),
         table(['Object', { name: 'Value', number: true }, 'Unit'], h('tbody', {}, [...motor.objects.map(({ name, value, unit }) => [name, value, unit]), ['gain of the motor, for Tune', motor.motor_gain, '(deg/s)/%'], ['time constant, for Tune', motor.motor_time_constant_s, 's']].map(([name, value, unit]) => h('tr', {}, h('td', {}, name), h('td', { class: 'number' }, short(value)), h('td', { class: 'unit' }, unit))))),
+        motor.open.length > 0 && h('p', { class: 'note' }, `Not determined by this experiment, and not written: ${motor.open.join(', ')}.`),
         motor.remark && h('p', { class: 'note' }, motor.remark)),
       answer.figures.map((figure, i) => {
         const plot = h('div', { class: 'fit-figure' });

@@ -146,13 +146,15 @@ fn parse_dcf(text: &str) -> Result<BTreeMap<String, String>, String> {
 }
 
 fn parse_toml(text: &str) -> Result<BTreeMap<String, String>, String> {
-    let file: toml::Table = text
-        .parse()
-        .map_err(|error: toml::de::Error| error.to_string())?;
+    let neither =
+        || format!("the file is neither a DCF with values nor TOML with a table [{TABLE}]");
+    let file: toml::Table = text.parse().map_err(|error: toml::de::Error| {
+        let before = error.span().and_then(|span| text.get(..span.start));
+        let line = 1 + before.unwrap_or_default().matches('\n').count();
+        format!("{}: line {line}: {}", neither(), error.message())
+    })?;
     let Some(toml::Value::Table(table)) = file.get(TABLE) else {
-        return Err(format!(
-            "the file is neither a DCF with values nor TOML with a table [{TABLE}]"
-        ));
+        return Err(neither());
     };
     let settings = table.iter().map(|(name, value)| {
         let row = names::find(name).map_err(|error| error.to_string())?;
@@ -208,6 +210,10 @@ mod tests {
                 "did you mean `statusword`",
             ),
             ("[other]\n", "neither a DCF"),
+            (
+                "[FileInfo]\nFileName=actuator.dcf\n[60",
+                "neither a DCF with values nor TOML with a table [parameters]: line ",
+            ),
             (
                 "[parameters]\n\"607D:1\" = true\n",
                 "expected a number or a text",

@@ -9,7 +9,10 @@ use serde_json::json;
 use super::move_to::mdeg;
 use super::{AtNode, print_json};
 use crate::error::Error;
-use host_sim::can::{client::Client, excitation::SHAPES};
+use host_sim::can::{
+    client::Client,
+    excitation::{self, SHAPES},
+};
 
 /// Runs an excitation on an actuator, around its present angle
 ///
@@ -96,7 +99,7 @@ impl Excite {
 
     /// Starts the excitation, and waits for its end unless --no-wait is given.
     fn start(&self, client: &mut Client) -> Result<(), Error> {
-        client.write("2020:1", "1")?;
+        excitation::start(client)?;
         match self.no_wait {
             true => Ok(()),
             false => wait(client),

@@ -11,7 +11,7 @@ use crate::error::Error;
 use crate::output::{print, print_table};
 use host_sim::can::{
     client::Client,
-    motor_objects,
+    motor_objects::{self, Object},
     names::{self, Value},
 };
 use host_sim::scenario::Scenario;
@@ -137,16 +137,23 @@ impl Set {
     }
 }
 
-/// The values of the objects 2011h for a fitted motor, with a warning for what they cannot
-/// describe.
+/// The values of the objects 2011h that a fit determines, with warnings for the others and for what
+/// they cannot describe.
 fn fitted(path: &Path) -> Result<Vec<(&'static Row, Vec<u8>)>, Error> {
-    let settings = Scenario::read(path)?.settings()?;
-    let objects = motor_objects::of(&settings)?;
+    let scenario = Scenario::read(path)?;
+    let settings = scenario.settings()?;
+    let (objects, open): (Vec<_>, Vec<_>) = motor_objects::determined(&scenario)?
+        .into_iter()
+        .partition(|(_, is_determined)| *is_determined);
+    for ((row, _), _) in open {
+        let name = names::name(row);
+        note!("warning: the fit does not determine {name}, which is not written");
+    }
     if let Some(warning) = motor_objects::omitted_friction(&settings) {
         note!("warning: {warning}");
     }
-    let bytes = |(row, value): (&'static Row, f64)| (row, (value as f32).to_le_bytes().to_vec());
-    Ok(objects.map(bytes).to_vec())
+    let bytes = |((row, value), _): (Object, bool)| (row, (value as f32).to_le_bytes().to_vec());
+    Ok(objects.into_iter().map(bytes).collect())
 }
 
 /// Groups of parameters.

@@ -41,8 +41,8 @@ fn a_fitted_motor_is_written_to_the_motor_model_of_the_board() {
     let cli = &served.cli;
     cli.text("simulate board --plant bench --every 80 --csv run.csv");
     cli.text(
-        "identify run.csv --model motor-m1 --fix winding_resistance_ohm=7.7 --fix supply_v=6 --starts 1 \
-         --parameters fitted.toml",
+        "identify run.csv --model motor-m1 --fix winding_resistance_ohm=7.7 --fix supply_v=6 \
+         --fix torque_constant_nm_a=1.16 --starts 1 --parameters fitted.toml",
     );
     let fitted: toml::Table = cli.read("fitted.toml").parse().expect("TOML");
     let fitted = |name: &str| fitted["set"][name].as_float().expect("a number");
@@ -71,6 +71,19 @@ fn a_fitted_motor_is_written_to_the_motor_model_of_the_board() {
             "{object}: {value} {expected}"
         );
     }
+    // What a fit does not determine is not written.
+    let text = cli.read("fitted.toml");
+    let all = text.replace(
+        "undetermined = [",
+        "undetermined = [\"motor_inertia_kg_m2\", ",
+    );
+    let open = all.replace("motor_inertia_kg_m2 = ", "motor_inertia_kg_m2 = 1");
+    cli.write("open.toml", &open);
+    served.text("set 2011:6=0.001");
+    let before = of_the_board("2011:4");
+    served.text("set --parameters open.toml");
+    assert_eq!(of_the_board("2011:4"), before);
+    assert!((of_the_board("2011:6") / fitted("coulomb_friction_nm") - 1.0).abs() < 1e-6);
     cli.text("simulate black-box-1 --every 80 --csv simple.csv");
     cli.text("identify simple.csv --model black-box-1 --starts 1 --parameters simple.toml");
     let error = served.error("set --parameters simple.toml", 2);
@@ -157,7 +170,7 @@ fn a_running_capture_is_an_error_of_the_state_and_a_refused_excitation_starts_no
     served.text("set 2030:1=0");
     served.text("set 607D:1=-2000 607D:2=2000");
     let error = served.error("excite doublet --amplitude 4 --capture", 3);
-    assert!(error.contains("conflicts with another one"), "{error}");
+    assert!(error.contains("leave the position limits 607Dh"), "{error}");
     let phase = served.text("get 2030:2");
     assert!(
         ["0\n", "3\n"].contains(&&*phase),

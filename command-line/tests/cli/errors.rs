@@ -79,7 +79,10 @@ fn the_error_of_an_invalid_value_names_the_expected_ones() {
             "--set P=nan",
             "parameter position_gain is NaN, expected a number from 0 to 500 1/s",
         ),
-        ("--set P=1e300", "parameter position_gain is 1000000"),
+        (
+            "--set P=1e300",
+            "parameter position_gain is 1e300, expected",
+        ),
         (
             "--set duty_slew_pct_s=-inf",
             "parameter duty_slew_pct_s is -inf, expected a number",

@@ -226,7 +226,8 @@ fn a_motor_that_is_driven_by_its_duty_needs_no_command() {
     };
     cli.write("duty.csv", run.lines().map(line).collect::<String>());
     let found = |file: &str| {
-        let options = "--model motor-m1 --starts 1 --fix winding_resistance_ohm=7.7 --json -";
+        let options = "--model motor-m1 --starts 1 --fix winding_resistance_ohm=7.7 \
+            --fix torque_constant_nm_a=1.16 --json -";
         let document = json(&cli.text(&format!("identify {file} {options}")));
         parameter(&document, "motor_inertia_kg_m2")["estimate"].clone()
     };
@@ -237,6 +238,31 @@ fn a_motor_that_is_driven_by_its_duty_needs_no_command() {
         2,
         "no column is known to be the command",
     );
+}
+
+#[test]
+fn a_fit_that_has_not_converged_has_a_status_of_its_own_and_determines_nothing() {
+    let cli = Cli::new();
+    cli.text("simulate board --plant bench --input 3-2-1-1 --every 80 --csv run.csv");
+    // Only the ratios of torque constant, inertia and friction show.
+    let fit = "identify run.csv --model motor-m1 --starts 1 --fix winding_resistance_ohm=7.7 \
+        --parameters open.toml";
+    let run = cli.actuator(fit).assert().code(3);
+    let error = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
+    assert!(
+        error.contains("error: the search has not converged: the values of motor-m1"),
+        "{error}"
+    );
+    let file: toml::Table = cli.read("open.toml").parse().expect("TOML");
+    let open = file["undetermined"].as_array().expect("a list");
+    for name in ["torque_constant_nm_a", "motor_inertia_kg_m2"] {
+        assert!(
+            open.iter().any(|open| open.as_str() == Some(name)),
+            "{open:?}"
+        );
+    }
+    // The simulator takes them all the same.
+    cli.text("simulate --parameters open.toml --duration 0.1");
 }
 
 #[test]

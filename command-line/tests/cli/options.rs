@@ -249,3 +249,24 @@ fn completions_and_manual_pages_name_every_command() {
         assert!(page.contains(&format!("actuator\\-{command}")), "{page}");
     }
 }
+
+#[test]
+fn json_goes_to_standard_output_or_to_a_file_in_every_command_that_computes() {
+    let cli = Cli::new();
+    cli.text("simulate black-box-1 --every 80 --csv run.csv");
+    for command in [
+        "identify run.csv --model black-box-1 --starts 1",
+        "compare run.csv --model black-box-1",
+        "experiment black-box-1 --duration 2 --input doublet",
+        "tune",
+    ] {
+        let printed = cli.text(&format!("{command} --json"));
+        assert_eq!(
+            cli.text(&format!("{command} --json -")),
+            printed,
+            "{command}"
+        );
+        assert!(!cli.text(&format!("{command} --json out.json")).is_empty());
+        assert_eq!(cli.read("out.json"), printed, "{command}");
+    }
+}

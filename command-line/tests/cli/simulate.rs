@@ -232,7 +232,7 @@ fn a_plot_is_an_svg_or_a_page_that_needs_no_network() {
 }
 
 #[test]
-fn a_closed_standard_output_is_not_an_error() {
+fn a_closed_standard_output_ends_a_run_with_1_and_no_message() {
     let mut child = std::process::Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
         .args(["simulate", "black-box-1", "--duration", "100", "--csv", "-"])
         .stdout(Stdio::piped())
@@ -244,7 +244,7 @@ fn a_closed_standard_output_is_not_an_error() {
     stdout.read_line(&mut line).expect("the header comes");
     drop(stdout);
     let output = child.wait_with_output().expect("the program ends");
-    assert!(output.status.success(), "{output:?}");
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
     assert!(line.starts_with("time_s,command_deg,"));
 }

@@ -1,9 +1,12 @@
 //! The excitations that an actuator generates (2020h): their names, and the settings that each
 //! of them uses.
 
+use canopen::Abort;
 use firmware::parameters::ExcitationSettings;
 
+use super::client::{Client, ClientError};
 use super::names;
+use super::sdo::SdoError;
 use crate::error::Error;
 
 /// An excitation; its place in [`SHAPES`] is its number in 2020h:3.
@@ -41,6 +44,24 @@ pub const SHAPES: [Shape; 10] = [
 
 /// Sub-index of the number of repetitions.
 pub const REPETITIONS: u8 = 12;
+
+/// Starts the excitation of the present settings.
+///
+/// # Errors
+/// [`ClientError::NotNow`] for one that the actuator refuses for its reach; those of the transfer.
+pub fn start(client: &mut Client) -> Result<(), ClientError> {
+    client.write("2020:1", "1").map_err(|error| match error {
+        ClientError::Object {
+            source: SdoError::Abort { code, .. },
+            ..
+        } if code == Abort::Incompatible.code() => ClientError::NotNow {
+            node: client.node(),
+            why: "the excitation would leave the position limits 607Dh, or its settings exclude \
+                  each other; a smaller amplitude or another starting angle may be possible",
+        },
+        error => error,
+    })
+}
 
 /// Settings from the values of sub-indices of 2020h; those that are not given have their defaults.
 ///

@@ -5,8 +5,12 @@ use canopen_generator::Row;
 use super::names;
 use crate::{
     error::Error,
+    scenario::Scenario,
     settings::{PlantKind, Settings},
 };
+
+/// An entry of 2011h, and its value in its unit.
+pub type Object = (&'static Row, f64);
 
 /// Each entry of 2011h that a fit determines, with its value in the unit of the entry. The
 /// correction time 2011h:7 is no property of the motor and is not included.
@@ -24,7 +28,7 @@ use crate::{
 ///
 /// # Errors
 /// [`Error::Conflict`] if the model has no motor.
-pub fn of(settings: &Settings) -> Result<[(&'static Row, f64); 6], Error> {
+pub fn of(settings: &Settings) -> Result<[Object; 6], Error> {
     let value = |name: &str| {
         let found = settings.values().find(|v| v.parameter.name == name);
         found.map_or(0.0, |v| v.value)
@@ -63,6 +67,27 @@ pub fn of(settings: &Settings) -> Result<[(&'static Row, f64); 6], Error> {
             coulomb,
         ),
     ])
+}
+
+/// The parameters of which an object of [`of`] is computed, and which a fit may leave open.
+const FITTED: [&str; 6] = [
+    "winding_resistance_ohm",
+    "torque_constant_nm_a",
+    "gear_ratio",
+    "motor_inertia_kg_m2",
+    "viscous_friction_nm_s_deg",
+    "coulomb_friction_nm",
+];
+
+/// The objects of [`of`] for a parameter file, each with whether its fit determines the value. Values
+/// that were given to the fit count as determined: its results hold with them only.
+///
+/// # Errors
+/// Those of [`of`] and of the scenario.
+pub fn determined(scenario: &Scenario) -> Result<[(Object, bool); 6], Error> {
+    let objects = of(&scenario.settings()?)?;
+    let is_open = |name: &str| scenario.undetermined.iter().any(|open| open == name);
+    Ok(std::array::from_fn(|i| (objects[i], !is_open(FITTED[i]))))
 }
 
 /// The part of the friction that the objects cannot represent, as a sentence; `None` if they

@@ -106,7 +106,7 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
     if fit.assumptions.is_held {
         warnings.push(
             "a zero-order hold is assumed for the command: it fits better than a smooth command; \
-             --hold smooth overrides this"
+             the hold `smooth` overrides this"
                 .into(),
         );
     }
@@ -114,7 +114,7 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
         warnings.push(format!(
             "the recordings do not determine whether the command is smooth, as assumed here, or held \
              from sample to sample: with a zero-order hold the delay would be {:.4} s less and other \
-             parameters would differ, which the standard errors include; --hold zero or --hold smooth decides",
+             parameters would differ, which the standard errors include; the hold `zero` or `smooth` decides",
             0.5 * mean_interval_s(assessment)
         ));
     }
@@ -134,8 +134,8 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
     let (tried, ended_here) = fit.starts;
     if tried > 1 && (ended_here as f64) < FEW_STARTS * tried as f64 {
         warnings.push(format!(
-            "only {ended_here} of {tried} starts end in this optimum: there are other minima; \
-             --starts tries more"
+            "only {ended_here} of {tried} starts end in this optimum: there are other minima, \
+             which more starts may find"
         ));
     }
 }
@@ -147,7 +147,7 @@ fn outliers(assessment: &Assessment, warnings: &mut Vec<String>) {
     };
     warnings.push(format!(
         "isolated residuals would decide a fit by least squares: a robust loss is used, that of \
-         Student's distribution with a scale of {scale_deg:.4} deg; --loss squares overrides this"
+         Student's distribution with a scale of {scale_deg:.4} deg; the loss `squares` overrides this"
     ));
     for experiment in &assessment.experiments {
         let outliers = &experiment.fit.outliers;

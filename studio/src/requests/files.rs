@@ -84,7 +84,8 @@ fn columns() -> [&'static str; COUNT + 1] {
 fn values(row: &Row) -> [f64; COUNT + 1] {
     let mut values = [row.time_s; COUNT + 1];
     for (place, value) in values[1..].iter_mut().zip(row.values) {
-        *place = f64::from(value);
+        // The decimal number that the sample shows, not the binary one with more digits.
+        *place = value.to_string().parse().unwrap_or(f64::NAN);
     }
     values
 }

@@ -108,7 +108,7 @@ pub fn excite(context: Context, node: u8, settings: ExcitationValues) {
         for (sub, value) in settings.0 {
             client.write(&format!("2020:{sub}"), &value.to_string())?;
         }
-        client.write("2020:1", "1")?;
+        excitation::start(client)?;
         Ok::<_, ClientError>(json!({ "begun_s": core.now_s() }))
     });
 }

@@ -64,12 +64,16 @@ pub fn identify(context: Context, order: Identification) {
 }
 /// A recording as the identification takes it.
 fn recording(order: &Identification, known: Known, rows: &[Row]) -> Recording {
-    let constants = [("winding_resistance_ohm", known.resistance_ohm)];
-    let column = |place: usize| {
-        rows.iter()
-            .map(|row| f64::from(row.values[place]))
-            .collect()
+    let column = |place: usize| -> Vec<f64> {
+        let values = rows.iter().map(|row| f64::from(row.values[place]));
+        values.collect()
     };
+    let supply = column(place::SUPPLY);
+    let mean_v = supply.iter().sum::<f64>() / supply.len().max(1) as f64;
+    let constants = [
+        ("winding_resistance_ohm", known.resistance_ohm),
+        ("supply_v", mean_v),
+    ];
     Recording {
         name: format!("node {}", order.node),
         time_s: rows.iter().map(|row| row.time_s - order.from_s).collect(),
@@ -78,11 +82,13 @@ fn recording(order: &Identification, known: Known, rows: &[Row]) -> Recording {
         rate_deg_s: Some(column(place::RATE)),
         duty_pct: Some(column(place::DUTY)),
         current_ma: Some(column(place::CURRENT)),
-        supply_v: Some(column(place::SUPPLY)),
+        supply_v: Some(supply),
         hold: Hold::Zero,
         constants: constants
             .map(|(name, value)| (name.to_owned(), value))
-            .into(),
+            .into_iter()
+            .filter(|(_, value)| value.is_finite())
+            .collect(),
         ..Recording::default()
     }
 }
@@ -140,7 +146,7 @@ fn fit(order: &Identification, known: Known, rows: &[Row], task: &Task) -> Resul
         "noise_deg": assessment.fit.noise_deg, "samples": rows.len(),
         "is_stopped": task.is_stopped(),
         "parameters": table(&tables::parameters(assessment)),
-        "warnings": warnings, "figures": figures, "motor": motor::motor(assessment, known, rows).ok(),
+        "warnings": warnings, "doubts": assessment.doubts, "figures": figures, "motor": motor::motor(assessment, known, rows).ok(),
     }))
 }
 

@@ -59,23 +59,32 @@ pub fn motor(assessment: &Assessment, known: Known, rows: &[Row]) -> Result<Valu
     let text = parameter_file::text(&assessment.fit).map_err(|error| error.to_string())?;
     let scenario: Scenario = toml::from_str(&text).map_err(|error| error.to_string())?;
     let settings = scenario.settings().map_err(|error| error.to_string())?;
-    let mut objects = motor_objects::of(&settings).map_err(|error| error.to_string())?;
-    let [ohm, nm_a, ratio, inertia, viscous, _] = objects.map(|(_, value)| value);
+    let objects = motor_objects::determined(&scenario).map_err(|error| error.to_string())?;
+    let [ohm, nm_a, ratio, inertia, viscous, _] = objects.map(|((_, value), _)| value);
     // The motor of the fit is at the output.
     let k = nm_a * ratio;
-    objects[1].1 = k / known.gear_ratio;
-    objects[2].1 = known.gear_ratio;
+    // Resistance and gear ratio are those of the actuator.
+    let [_, (torque_constant, _), _, fitted @ ..] = objects;
+    let of_the_actuator = (torque_constant.0, k / known.gear_ratio);
+    let (written, open): (Vec<_>, Vec<_>) = std::iter::once((of_the_actuator, true))
+        .chain(fitted)
+        .partition(|(_, is_determined)| *is_determined);
+    let open: Vec<_> = open
+        .iter()
+        .map(|((row, _), _)| row.entry.as_str())
+        .collect();
     let supplies = rows.iter().map(|row| f64::from(row.values[place::SUPPLY]));
     let supply_v = supplies.sum::<f64>() / rows.len().max(1) as f64;
     // Without Coulomb friction and inductance: J w' = k (u - k w)/R - b w, where the duty is
     // u as a share of the supply voltage.
     let damping = viscous + k * k / ohm;
     let gain_rad_s_v = k / ohm / damping;
-    let values = objects.iter().map(|(row, value)| {
+    let values = written.iter().map(|((row, value), _)| {
         json!({ "object": address(row), "name": names::name(row), "unit": row.unit, "value": value })
     });
     Ok(json!({
         "objects": values.collect::<Vec<_>>(),
+        "open": open,
         "remark": motor_objects::omitted_friction(&settings),
         "motor_gain": (gain_rad_s_v * supply_v / 100.0).to_degrees(),
         "motor_time_constant_s": inertia / damping,
