@@ -1,11 +1,11 @@
 //! The C library: header, static and shared library, and files for pkg-config and CMake.
 
-use std::{fs, os::unix::fs::symlink, path::Path};
+use std::{fs, os::unix::fs::symlink, path::Path, process::Command};
 
 use crate::{
     copy,
     error::{Error, at},
-    tools::{LINUX, Tools},
+    tools::{LINUX, Tools, run},
 };
 
 /// The version of the release.
@@ -42,11 +42,12 @@ pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
         &built.join("libactuator_c.so"),
         &folder.join("lib").join(&whole),
     )?;
-    tools.build(LINUX, &[&library[..], &["staticlib"]].concat(), &[], &[])?;
-    copy(
-        &built.join("libactuator_c.a"),
-        &folder.join("lib/libactuator_c.a"),
-    )?;
+    // Of the standard library only what is called, and without its debug information.
+    let lean = ["staticlib", "--config", "profile.release.lto='fat'"];
+    tools.build(LINUX, &[&library[..], &lean].concat(), &[], &[])?;
+    let archive = folder.join("lib/libactuator_c.a");
+    copy(&built.join("libactuator_c.a"), &archive)?;
+    run(Command::new("strip").arg("--strip-debug").arg(&archive))?;
     for (name, target) in [
         (of_interface.as_str(), whole.as_str()),
         ("libactuator_c.so", &of_interface),
