@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Uses Studio in Chromium: every view, random entries, strangers, pulled plugs, telemetry at full rate, and the same
+# Uses Studio in Chromium: every view, random entries, the printed report, strangers, pulled plugs, telemetry at full rate, and the same
 # on the emulated boards. Needs node; Chromium is installed where it is missing.
 #
 # `studio/ci.sh long` runs the telemetry for ten minutes; `studio/ci.sh documents` writes the table
@@ -28,6 +28,7 @@ esac
 
 node $tests/views.mjs "$actuator" "$pictures"
 node $tests/entries.mjs "$actuator"
+node $tests/printed.mjs "$actuator" "$pictures"
 node $tests/accessible.mjs "$actuator" "$pictures"
 node $tests/security.mjs "$actuator"
 node $tests/plug.mjs "$actuator"

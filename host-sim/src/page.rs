@@ -99,6 +99,11 @@ impl Page {
         blocks.flat_map(figures_of)
     }
 
+    /// Number of figures that are not printed.
+    fn details(&self) -> usize {
+        self.figures().filter(|figure| figure.is_detail).count()
+    }
+
     /// The number of the first figure of a block of this page.
     fn first_number(&self, block: &Block) -> usize {
         let mut blocks = self.sections.iter().flat_map(|section| &section.blocks);

@@ -120,6 +120,8 @@ pub struct Figure {
     pub x_scale: Scale,
     /// From top to bottom.
     pub panels: Vec<Panel>,
+    /// Whether a page shows it on the screen only.
+    pub is_detail: bool,
 }
 
 impl Figure {
@@ -138,7 +140,14 @@ impl Figure {
             x_label: x_label.into(),
             x_scale: Scale::Linear,
             panels: Vec::new(),
+            is_detail: false,
         }
+    }
+
+    /// Leaves it out of printed pages.
+    pub fn detail(mut self) -> Self {
+        self.is_detail = true;
+        self
     }
 
     /// Makes the x axis logarithmic.

@@ -22,8 +22,29 @@ use super::points::{Point, held, points, range, straightened};
 mod compact;
 mod heading;
 
-/// Width of the drawing: 190 mm at 96 dpi, a page without its margins. All lengths are in px.
-const WIDTH: f64 = 720.0;
+/// Lengths of a drawing, px at 96 dpi. Its text has the same size in all of them.
+struct Size {
+    width: f64,
+    one_panel: f64,
+    several_panels: f64,
+    /// Size of the title.
+    title: u32,
+}
+
+/// 190 mm wide: a page without its margins.
+const PAGE: Size = Size {
+    width: 720.0,
+    one_panel: 320.0,
+    several_panels: 190.0,
+    title: 15,
+};
+/// 93 mm wide: one of two columns of a printed page, at which size it is read.
+const COLUMN: Size = Size {
+    width: 352.0,
+    one_panel: 120.0,
+    several_panels: 80.0,
+    title: 13,
+};
 /// Space for the labels of the y axes, equal in all panels so that the panels are aligned.
 const LEFT: f64 = 78.0;
 const RIGHT: f64 = 22.0;
@@ -31,8 +52,6 @@ const RIGHT: f64 = 22.0;
 const BOTTOM: f64 = 43.0;
 /// Space between two panels. The topmost tick label extends into half of it.
 const GAP: f64 = 14.0;
-const ONE_PANEL: f64 = 320.0;
-const SEVERAL_PANELS: f64 = 190.0;
 const LINE_WIDTH: f64 = 1.6;
 const DASHES: &str = "7 4";
 /// Columns of samples that are distinguished: about one per pixel of the axis.
@@ -45,22 +64,34 @@ const LETTER: f64 = 0.6;
 
 /// Renders a figure as SVG: an XML document without the prologue, which can be embedded in HTML.
 pub fn render(figure: &Figure) -> String {
-    let mut scene = Scene::new(WIDTH, 0.0);
+    sized(figure, &PAGE)
+}
+
+/// As [`render`], 93 mm wide: the size of a column of a printed page.
+pub fn render_column(figure: &Figure) -> String {
+    sized(figure, &COLUMN)
+}
+
+fn sized(figure: &Figure, size: &Size) -> String {
+    let mut scene = Scene::new(size.width, 0.0);
     scene.font_family = Some("DejaVu Sans, Verdana, Liberation Sans, Arial, sans-serif".into());
     scene.text_color = Some("#222222".into());
-    let mut y = header(&mut scene, figure);
-    y = legend(&mut scene, figure, y);
-    y = panels(&mut scene, figure, y);
+    let mut y = header(&mut scene, figure, size);
+    y = legend(&mut scene, figure, size, y);
+    y = panels(&mut scene, figure, size, y);
     scene.height = y;
     let svg = compact::compact(&SvgBackend::new().render_scene(&scene));
     // With a view box the drawing scales to its container.
     let name = escape(&printable(&figure.title));
-    let root = format!(r#"<svg viewBox="0 0 {WIDTH} {y}" role="img" aria-label="{name}" "#);
+    let root = format!(
+        r#"<svg viewBox="0 0 {} {y}" role="img" aria-label="{name}" "#,
+        size.width
+    );
     svg.replacen("<svg ", &root, 1)
 }
 
 /// Draws the panels from top to bottom and returns the y below them.
-fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
+fn panels(scene: &mut Scene, figure: &Figure, size: &Size, top: f64) -> f64 {
     let curves: Vec<Vec<Vec<Point>>> = figure
         .panels
         .iter()
@@ -75,13 +106,13 @@ fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
     for (i, (panel, curves)) in figure.panels.iter().zip(&curves).enumerate() {
         let last = i + 1 == figure.panels.len();
         let plot_height = if figure.panels.len() == 1 {
-            ONE_PANEL
+            size.one_panel
         } else {
-            SEVERAL_PANELS
+            size.several_panels
         };
         let height = plot_height + GAP / 2.0 + if last { BOTTOM } else { GAP / 2.0 };
         let y_data = range(curves.iter().flatten().map(|p| p.1));
-        let layout = layout(figure, panel, x_ends, y_data, last).with_height(height);
+        let layout = layout((figure, panel), size, x_ends, y_data, last).with_height(height);
         let tolerance = y_data.map_or(0.0, |(low, high)| FINEST * (high - low) / plot_height);
         let straight = |style, run: &[Point]| match style {
             Style::Step => held(run),
@@ -109,8 +140,8 @@ fn panels(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
 
 /// The axes of a panel. Only the last panel has labels on the shared x axis.
 fn layout(
-    figure: &Figure,
-    panel: &Panel,
+    (figure, panel): (&Figure, &Panel),
+    size: &Size,
     x: (f64, f64),
     y_data: Option<(f64, f64)>,
     last: bool,
@@ -120,7 +151,7 @@ fn layout(
         .zip(y_data)
         .and_then(|(step, data)| axis::by_steps(data, step));
     let y = stepped.unwrap_or_else(|| axis::ends(y_data, Scale::Linear, 0.05));
-    let mut layout = styled(x, y)
+    let mut layout = styled(size, x, y)
         .with_y_label(plain(&panel.y_label))
         .with_force_margins_y(GAP / 2.0, if last { BOTTOM } else { GAP / 2.0 });
     if figure.x_scale == Scale::Log {
@@ -138,7 +169,7 @@ fn layout(
 }
 
 /// Axes with exactly these limits, in the common style of all panels.
-fn styled(x: (f64, f64), y: (f64, f64)) -> Layout {
+fn styled(size: &Size, x: (f64, f64), y: (f64, f64)) -> Layout {
     let theme = Theme {
         grid_color: "#e4e4e4".into(),
         ..Theme::light()
@@ -148,9 +179,11 @@ fn styled(x: (f64, f64), y: (f64, f64)) -> Layout {
         .with_x_axis_max(x.1)
         .with_y_axis_min(y.0)
         .with_y_axis_max(y.1)
-        .with_width(WIDTH)
+        .with_width(size.width)
         .with_force_margins(LEFT, RIGHT)
-        .with_y_label_wrap((SEVERAL_PANELS / (f64::from(TEXT_SIZE) * LETTER)) as usize)
+        .with_y_label_wrap(
+            (size.several_panels / (f64::from(TEXT_SIZE) * LETTER)).max(16.0) as usize,
+        )
         .with_box_axes()
         .with_theme(theme)
         .with_label_size(TEXT_SIZE)

@@ -115,7 +115,8 @@ fn frequency_response(comparison: &Comparison) -> Section {
     let groups = comparison.groups().into_iter().zip(CAPTIONS);
     for (i, ((group, outcomes), caption)) in groups.enumerate() {
         let title = format!("Bode plot: {group}");
-        blocks.push(bode::figure(&title, &outcomes).caption(caption).into());
+        let figure = bode::figure(&title, &outcomes).caption(caption);
+        blocks.push(if i == 0 { figure } else { figure.detail() }.into());
         if i == 0 {
             blocks.extend([&contradictions::BANDWIDTHS, &contradictions::SPEEDS].map(Block::from));
         }
@@ -129,7 +130,7 @@ fn one_by_one(comparison: &Comparison) -> Section {
         let title = format!("{} on the pulse", outcome.runs.model.name);
         let shown = shown(&[outcome], "pulse");
         warned(
-            responses::figure(title, &shown, &[Angle, Rate, Duty, Current]),
+            responses::figure(title, &shown, &[Angle, Rate, Duty, Current]).detail(),
             &[outcome],
         )
     };

@@ -136,7 +136,8 @@ impl InputSection {
         let mut blocks: Vec<Block> = vec![self.text.into()];
         let groups = comparison.groups().into_iter().zip(self.captions);
         for (i, ((group, outcomes), caption)) in groups.enumerate() {
-            blocks.push(self.figure(group, &outcomes, caption).into());
+            let figure = self.figure(group, &outcomes, caption);
+            blocks.push(if i == 0 { figure } else { figure.detail() }.into());
             if i == 0 {
                 blocks.extend(self.contradictions.iter().map(Block::from));
             }
@@ -144,6 +145,7 @@ impl InputSection {
         if !self.all.is_empty() {
             blocks.push(
                 self.figure("all models", &comparison.all(), self.all)
+                    .detail()
                     .into(),
             );
         }

@@ -50,7 +50,7 @@ pub fn section() -> Result<Section, Error> {
         limits()?.into(),
         (&contradictions::STEADY_GAIN).into(),
         (&contradictions::LITERAL_GAINS).into(),
-        figure()?.into(),
+        figure()?.detail().into(),
     ];
     Ok(Section::new("Stability of the sampled loop", blocks))
 }

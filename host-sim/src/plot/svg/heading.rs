@@ -3,12 +3,10 @@
 use kuva::render::render::{Primitive, Scene, TextAnchor};
 use kuva::render::render_utils::wrap_text;
 
-use super::{DASHES, LEFT, LETTER, LINE_WIDTH, RIGHT, TEXT_SIZE, WIDTH};
+use super::{DASHES, LEFT, LETTER, LINE_WIDTH, RIGHT, Size, TEXT_SIZE};
 use crate::plot::figure::{Figure, Series, Style};
 use crate::plot::palette::colour;
 use crate::plot::points::Point;
-
-const TITLE_SIZE: u32 = 15;
 
 /// Removes characters that XML does not allow: control characters and two noncharacters.
 pub(super) fn printable(text: &str) -> String {
@@ -30,7 +28,7 @@ pub(super) fn text(scene: &mut Scene, (x, y): Point, content: &str, size: u32) {
         size,
         anchor: TextAnchor::Start,
         rotate: None,
-        bold: size == TITLE_SIZE,
+        bold: size > TEXT_SIZE,
         color: None,
     });
 }
@@ -48,16 +46,16 @@ fn text_width(label: &str) -> f64 {
 }
 
 /// Draws title and warnings and returns the y below them.
-pub(super) fn header(scene: &mut Scene, figure: &Figure) -> f64 {
+pub(super) fn header(scene: &mut Scene, figure: &Figure, size: &Size) -> f64 {
     let mut y = 6.0;
     let warning = |w| (format!("Warning: {w}"), TEXT_SIZE);
     let warnings = figure.warnings.iter().map(warning);
-    let title = std::iter::once((figure.title.clone(), TITLE_SIZE));
-    for (content, size) in title.chain(warnings) {
-        let letters = (WIDTH - 2.0 * RIGHT) / (f64::from(size) * LETTER);
+    let title = std::iter::once((figure.title.clone(), size.title));
+    for (content, text_size) in title.chain(warnings) {
+        let letters = (size.width - 2.0 * RIGHT) / (f64::from(text_size) * LETTER);
         for line in wrap_text(&content, letters as usize) {
-            y += 1.35 * f64::from(size);
-            text(scene, (RIGHT, y), &line, size);
+            y += 1.35 * f64::from(text_size);
+            text(scene, (RIGHT, y), &line, text_size);
         }
     }
     y + 6.0
@@ -76,7 +74,7 @@ fn entries(figure: &Figure) -> Vec<&Series> {
 }
 
 /// Draws the legend in as many rows as required and returns the y below it.
-pub(super) fn legend(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
+pub(super) fn legend(scene: &mut Scene, figure: &Figure, size: &Size, top: f64) -> f64 {
     const SWATCH: f64 = 26.0;
     const ROW: f64 = 18.0;
     let entries = entries(figure);
@@ -86,7 +84,7 @@ pub(super) fn legend(scene: &mut Scene, figure: &Figure, top: f64) -> f64 {
     let (mut x, mut y) = (LEFT, top + ROW - 5.0);
     for series in entries {
         let width = SWATCH + 6.0 + text_width(&series.label);
-        if x > LEFT && x + width > WIDTH - RIGHT {
+        if x > LEFT && x + width > size.width - RIGHT {
             (x, y) = (LEFT, y + ROW);
         }
         swatch(scene, series, (x, y - 4.0), SWATCH);
