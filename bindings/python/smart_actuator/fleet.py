@@ -14,11 +14,12 @@ import html
 import multiprocessing
 import os
 import pathlib
+import warnings
 from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Union
 
 import numpy as np
 
-from ._identify import identify as _identify
+from ._identify import FitWarning, identify as _identify
 
 Path = Union[str, "os.PathLike[str]"]
 Row = Dict[str, Any]
@@ -65,7 +66,10 @@ def fit(path: str, options: Dict[str, Any]) -> Row:
     row: Row = {"path": path, "time": None, "error": None}
     try:
         row["time"] = os.stat(path).st_mtime
-        found = _identify(path, threads=1, **options)["models"][0]
+        # Thousands of recordings have more warnings than anybody reads.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FitWarning)
+            found = _identify(path, threads=1, **options)["models"][0]
     except (OSError, ValueError, KeyError) as error:
         return {**row, "error": str(error)}
     row.update(model=found["name"], fit_percent=found["fit_percent"], noise_deg=found["noise_deg"])
