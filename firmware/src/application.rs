@@ -140,7 +140,7 @@ impl Application {
             modulator: Modulator::default(),
             compare: PwmCompare::default(),
             setpoints: SetpointSource::new(&parameters.command),
-            protection: Protection::default(),
+            protection: Protection::new(),
             stopping: Stopping::default(),
             back_emf_stop: None,
             log: FaultLog::default(),

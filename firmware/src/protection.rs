@@ -100,6 +100,12 @@ pub struct Protection {
 }
 
 impl Protection {
+    /// All protections without a history. Not inlined: its memory is then cleared as a whole.
+    #[inline(never)]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
     /// Converts the samples and validates the encoder's word; `shaft` has not seen it yet. The
     /// current was sampled in a PWM period with this compare value.
     pub fn measure(

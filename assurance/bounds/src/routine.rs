@@ -12,9 +12,8 @@ pub(crate) struct Routine {
 }
 
 /// All of them.
-pub(crate) const ROUTINES: [Routine; 6] = [
-    routine("memcpy", 2, 13),
-    routine("__aeabi_memcpy", 2, 13),
+pub(crate) const ROUTINES: [Routine; 5] = [
+    routine("memcpy", 2, 3),
     routine("__aeabi_memcpy4", 2, 264),
     routine("__aeabi_memcpy8", 2, 1584),
     routine("__aeabi_memclr4", 1, 264),
