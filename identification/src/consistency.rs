@@ -83,7 +83,8 @@ impl Consistency {
             let declared = unknowns.list[unknown];
             let is_shared = declared.experiment.is_none() || count == 1;
             let parameter = &problem.model.parameters()[declared.parameter];
-            if !is_shared || parameter.is_initial_state {
+            let is_within = point[unknown] > declared.low && point[unknown] < declared.high;
+            if !is_shared || !is_within || parameter.is_initial_state {
                 continue;
             }
             let tested = parts.iter().filter_map(|&part| {

@@ -11,7 +11,7 @@
 //! 48, 1980), and for correlated residuals those of the sums over stretches of the recordings
 //! (clustered errors: Liang and Zeger, Biometrika 73, 1986), where these are larger.
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::DMatrix;
 
 use super::blocks::Blocks;
 use super::experiment::Experiment;
@@ -19,14 +19,21 @@ use super::experiment_fit::ExperimentFit;
 use super::levenberg::Found;
 use super::loss::Loss;
 use super::normal::normal;
+use super::observable::{Observable, weight};
 use super::problem::Problem;
 use super::unknowns::Unknowns;
 
 /// Covariances of the unknowns at an optimum.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covariance {
-    /// The unknowns in the rows of the matrices: neither at a bound nor without influence.
+    /// The unknowns in the rows of the matrices: those with influence that are not known to be at
+    /// their bound.
     pub rows: Vec<usize>,
+    /// Of each row, the references without which it is not known, and their exponents. Its variance
+    /// is that with the references held.
+    pub with: Vec<Vec<(usize, f64)>>,
+    /// The unknowns that are known only in combination with others.
+    pub traded: Vec<usize>,
     /// For white residuals.
     pub white: DMatrix<f64>,
     /// For residuals that are correlated in time.
@@ -46,21 +53,30 @@ impl Covariance {
             matrix.column_mut(row).scale_mut(factor);
         }
     }
+
+    /// Only the rows of unknowns that are known alone and not at a bound.
+    pub fn alone(self, at_bound: &[bool]) -> Self {
+        let kept: Vec<usize> = (0..self.rows.len())
+            .filter(|row| self.with[*row].is_empty() && !at_bound[self.rows[*row]])
+            .collect();
+        let select = |matrix: &DMatrix<f64>| matrix.select_rows(&kept).select_columns(&kept);
+        Self {
+            rows: kept.iter().map(|row| self.rows[*row]).collect(),
+            with: vec![Vec::new(); kept.len()],
+            white: select(&self.white),
+            coloured: select(&self.coloured),
+            ..self
+        }
+    }
 }
 
 /// Ratio of variances from which the variance of the residuals is taken to change: beyond the
 /// scatter of the estimate from some fifty samples in motion.
 const HETEROSKEDASTIC: f64 = 1.5;
 
-/// Share of the largest eigenvalue of the normalised `J' J` below which a direction is not
-/// observable: two parameters whose effects differ by less than 1e-5 of either.
-const NEGLIGIBLE_EIGENVALUE: f64 = 1e-10;
-
-/// Component in a direction that is not observable from which an unknown is not identifiable.
-const INVOLVED: f64 = 0.1;
-
 /// The covariances at the end of a search, with the fits of all experiments there, and the
-/// stretches that they were computed from. `is_held` marks the unknowns at a bound.
+/// stretches that they were computed from. `is_held` marks the unknowns that are known to
+/// be at their bound.
 pub fn covariance(
     problem: &Problem,
     unknowns: &Unknowns,
@@ -86,9 +102,13 @@ pub fn covariance(
     }
     let hessian = &hessian;
     let acting = (0..found.point.len()).filter(|i| hessian[(*i, *i)] > 0.0);
+    let values = unknowns.list.iter().zip(&found.point);
+    let weights: Vec<f64> = values.map(|(unknown, at)| weight(unknown, *at)).collect();
     // An unknown at a bound for lack of information makes others unidentifiable, too.
-    let mut rows = identifiable(hessian, acting.collect());
-    rows.retain(|i| !is_held[*i]);
+    let mut observable = Observable::of(hessian, acting.collect(), &weights);
+    let traded = observable.traded();
+    observable.retain(|i| !is_held[i] || traded.contains(&i));
+    let Observable { rows, with } = observable;
     let n = rows.len();
     let freedom = samples.saturating_sub(n).max(1) as f64;
     let squares: f64 = match loss {
@@ -117,6 +137,8 @@ pub fn covariance(
         noise_deg: variance.sqrt(),
         squares,
         rows: rows.clone(),
+        traded,
+        with,
     };
     let uneven = of_rows(&blocks.heteroskedastic());
     let between = of_rows(&blocks.between_blocks());
@@ -141,29 +163,6 @@ pub fn covariance(
 fn compared(fit: &ExperimentFit) -> Vec<f64> {
     let residuals = fit.residual_deg.iter().copied();
     residuals.filter(|r| !r.is_nan()).collect()
-}
-
-/// The unknowns without a component in a direction that is not observable.
-pub(super) fn identifiable(hessian: &DMatrix<f64>, mut rows: Vec<usize>) -> Vec<usize> {
-    while !rows.is_empty() {
-        let n = rows.len();
-        let scale = |i: usize| hessian[(rows[i], rows[i])].sqrt();
-        let normalised = DMatrix::from_fn(n, n, |i, j| {
-            hessian[(rows[i], rows[j])] / (scale(i) * scale(j))
-        });
-        let eigen = SymmetricEigen::new(normalised);
-        let greatest = eigen.eigenvalues.max();
-        let null_directions =
-            (0..n).filter(|k| eigen.eigenvalues[*k] < NEGLIGIBLE_EIGENVALUE * greatest);
-        let is_involved = |i: usize, k: usize| eigen.eigenvectors[(i, k)].abs() > INVOLVED;
-        let null_directions: Vec<usize> = null_directions.collect();
-        if null_directions.is_empty() {
-            break;
-        }
-        let left = (0..n).filter(|i| !null_directions.iter().any(|k| is_involved(*i, *k)));
-        rows = left.map(|i| rows[i]).collect();
-    }
-    rows
 }
 
 /// `sum J_i' R(i - j) J_j` of all unknowns, and whether the residuals of a run are correlated.

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use super::{
     assessment::{Assessed, Assessment, Limited, NonparametricAnalysis, overall},
     data::Note,
-    fit::{Bound, Estimate, Fit},
+    fit::{Bound, Combination, Estimate, Fit},
     levenberg::Termination,
     loss::Loss,
     model::ActiveLimit,
@@ -65,6 +65,11 @@ fn model(assessment: &Assessment) -> Value {
         "parameters": parameters,
         "quality": overall(&assessment.experiments),
         "noise_deg": fit.noise_deg,
+        "misfit": {
+            "noise_deg": fit.misfit.noise_deg,
+            "ratio": fit.misfit.ratio,
+            "worst_ratio": fit.misfit.worst,
+        },
         "cost_deg2": fit.cost,
         "loss": match fit.loss {
             Loss::Squares => json!({ "name": "squares" }),
@@ -78,6 +83,7 @@ fn model(assessment: &Assessment) -> Value {
         "command_is_held": fit.assumptions.is_held,
         "command_may_be_held": fit.is_hold_undetermined,
         "begins_at_rest": fit.assumptions.begins_at_rest,
+        "combinations": fit.combinations.iter().map(|c| combination(fit, c)).collect::<Vec<_>>(),
         "correlation": {
             "parameters": names.collect::<Vec<_>>(),
             "matrix": matrix(&fit.correlation),
@@ -123,10 +129,20 @@ fn estimate(fit: &Fit, estimate: &Estimate) -> Value {
             Bound::High => "high",
         }),
         "profile": estimate.profile,
+        "beyond_bound": estimate.beyond,
         "bounds": [estimate.bounds.0, estimate.bounds.1],
         "identifiable": estimate.identifiable,
         "fixed": estimate.fixed,
         "experiment": experiment.map(|e| e.name.as_str()),
+    })
+}
+
+fn combination(fit: &Fit, combination: &Combination) -> Value {
+    json!({
+        "combination": fit.described(combination),
+        "value": combination.value,
+        "standard_error": combination.standard_error,
+        "standard_error_coloured": combination.standard_error_coloured,
     })
 }
 

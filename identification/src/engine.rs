@@ -1,6 +1,8 @@
 //! The complete search: many starting points, the best optimum, and its statistics.
 
 mod assumptions;
+mod asynchronous;
+mod combinations;
 mod drift;
 mod intervals;
 mod likelihood_ratio;
@@ -94,20 +96,23 @@ pub fn fit_from(
     };
     let problem = given.as_ref().unwrap_or(problem);
     let usual = solve(problem, options, progress, known)?;
-    let (other, mut solution) = assumptions::decided(problem, usual, options, progress, known)?;
+    let (other, solution) = assumptions::decided(problem, usual, options, progress, known)?;
+    let problem = other.as_ref().unwrap_or(problem);
+    let (other, mut solution) = asynchronous::decided(problem, solution, options, progress);
     let problem = other.as_ref().unwrap_or(problem);
     let is_robust = match options.loss {
         LossChoice::Auto => robust::is_called_for(problem, &solution),
         LossChoice::Robust => true,
         LossChoice::Squares | LossChoice::Given(_) => false,
     };
-    let other = if is_robust {
-        let (other, robust) = robust::solve(problem, solution, options, progress, known)?;
-        solution = robust;
-        Some(other)
-    } else {
-        None
-    };
+    let mut other = None;
+    if is_robust {
+        let (at, found) = robust::solve(problem, solution.clone(), options, progress, known)?;
+        let is_required = options.loss == LossChoice::Robust;
+        if is_required || !robust::is_worse(problem, &solution, (&at, &found)) {
+            (other, solution) = (Some(at), found);
+        }
+    }
     let problem = other.as_ref().unwrap_or(problem);
     let (unknowns, found) = (&solution.unknowns, solution.found);
     let is_stopped = || progress.is_stopped();
@@ -122,6 +127,7 @@ pub fn fit_from(
 }
 
 /// The optimum of a model.
+#[derive(Clone)]
 struct Solution {
     unknowns: Unknowns,
     found: Found,
@@ -132,6 +138,9 @@ struct Solution {
     /// Where a zero-order hold of the command fits as well as a smooth command: how far from each
     /// unknown its value for the hold is; otherwise empty.
     hold_differences: Vec<f64>,
+    /// Where the command may have changed before the samples that show it: how far below and above
+    /// the estimate the delay may be for that reason, s.
+    delay_open_s: Option<(f64, f64)>,
     /// The nested model that fits as well by a likelihood-ratio test.
     no_better_than: Option<&'static str>,
 }
@@ -163,6 +172,7 @@ fn solve(
             starts: (1, 1),
             assumptions: Assumptions::default(),
             hold_differences: Vec::new(),
+            delay_open_s: None,
             no_better_than: None,
         });
     }
@@ -182,6 +192,7 @@ fn solve(
             unknowns,
             assumptions: Assumptions::default(),
             hold_differences: Vec::new(),
+            delay_open_s: None,
             no_better_than: None,
         });
     };
@@ -211,6 +222,7 @@ fn solve(
         starts: share,
         assumptions: Assumptions::default(),
         hold_differences: Vec::new(),
+        delay_open_s: None,
         no_better_than,
     })
 }

@@ -7,6 +7,7 @@ use super::experiment::Assumptions;
 use super::experiment_fit::ExperimentFit;
 use super::levenberg::Termination;
 use super::loss::Loss;
+use super::misfit::Misfit;
 
 /// A bound that an estimate is at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +47,25 @@ pub struct Estimate {
     /// Where it is at a bound, the end of its 95 % interval by the profile likelihood; NaN where it
     /// has a standard error or no influence.
     pub profile: f64,
+    /// Where it is at a bound, by how many of its standard errors it would be beyond it; otherwise
+    /// zero.
+    pub beyond: f64,
+}
+
+/// A combination of estimates that is known though no estimate in it is.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Combination {
+    /// The indices of the estimates, and their exponents in a product or their factors in a sum;
+    /// that of the first is 1.
+    pub terms: Vec<(usize, f64)>,
+    /// Whether it is a product of powers and not a sum.
+    pub is_product: bool,
+    /// Its value.
+    pub value: f64,
+    /// Its standard error for white residuals.
+    pub standard_error: f64,
+    /// The same for residuals that are correlated in time.
+    pub standard_error_coloured: f64,
 }
 
 impl Estimate {
@@ -63,6 +83,8 @@ pub struct Fit {
     pub model: &'static str,
     /// All parameters, the fixed ones included.
     pub estimates: Vec<Estimate>,
+    /// What is known of estimates that are not identifiable alone.
+    pub combinations: Vec<Combination>,
     /// The indices of the estimates in the rows of the matrices: those with a standard error.
     pub rows: Vec<usize>,
     /// Covariance of the estimates for white residuals.
@@ -79,6 +101,8 @@ pub struct Fit {
     pub cost: f64,
     /// Number of residuals.
     pub samples: usize,
+    /// The residuals against the noise of the recordings.
+    pub misfit: Misfit,
     /// Standard deviation of the residuals with the degrees of freedom of the parameters
     /// subtracted, deg.
     pub noise_deg: f64,
@@ -95,6 +119,9 @@ pub struct Fit {
     /// Whether a zero-order hold of the command fits as well as the assumed smooth command: the
     /// delay is then determined to half a sample only.
     pub is_hold_undetermined: bool,
+    /// Where the command may have changed before the samples that show it: how far below and above
+    /// its estimate the delay may be for that reason, s; its standard errors include it.
+    pub delay_open_s: Option<(f64, f64)>,
     /// The nested model that fits as well by a likelihood-ratio test: the estimates are its
     /// optimum, and the additional parameters have no effect.
     pub no_better_than: Option<&'static str>,
@@ -111,6 +138,32 @@ impl Fit {
     /// The estimate of this name, of an experiment where it has its own.
     pub fn estimate(&self, name: &str) -> Option<&Estimate> {
         self.estimates.iter().find(|e| e.name == name)
+    }
+
+    /// A combination in words.
+    ///
+    /// The names of the estimates are joined by `*` and `/`, or by `+` and `-`.
+    pub fn described(&self, combination: &Combination) -> String {
+        let mut text = String::new();
+        for (index, factor) in &combination.terms {
+            let name = self.estimates[*index].name;
+            let size = factor.abs();
+            let is_one = (size - 1.0).abs() < 1e-9;
+            let sign = match (text.is_empty(), combination.is_product, *factor > 0.0) {
+                (true, ..) => "",
+                (_, true, true) => " * ",
+                (_, true, false) => " / ",
+                (_, false, true) => " + ",
+                (_, false, false) => " - ",
+            };
+            text.push_str(sign);
+            text.push_str(&match (is_one, combination.is_product) {
+                (true, _) => name.to_owned(),
+                (false, true) => format!("{name}^{size:.3}"),
+                (false, false) => format!("{size:.3e} {name}"),
+            });
+        }
+        text
     }
 
     /// The value of the estimate of this name.

@@ -67,8 +67,10 @@ class FittedModel(_Model, total=False):
     """A fitted model.
 
     ``fit_percent`` is the normalised root mean square error as a fit, %, ``noise_deg`` the standard
-    deviation of the residuals, deg. ``doubts`` are those of the ``warnings`` that say why the
-    intervals of the estimates may not cover the true values. ``experiments`` and ``validation`` hold figures of merit and
+    deviation of the residuals, deg, ``misfit`` compares them with the noise, and ``combinations``
+    are what is known of parameters that are not identifiable alone. ``doubts`` are those of the
+    ``warnings`` that say why the intervals of the estimates may not cover the true values.
+    ``experiments`` and ``validation`` hold figures of merit and
     residual correlations of each recording.
     """
 
@@ -80,6 +82,8 @@ class FittedModel(_Model, total=False):
     command_is_held: bool
     command_may_be_held: bool
     begins_at_rest: bool
+    misfit: dict[str, Any]
+    combinations: List[dict[str, Any]]
     correlation: dict[str, Any]
     covariance: List[List[float]]
     covariance_coloured: List[List[float]]

@@ -3,15 +3,23 @@
 use super::{Assessed, Assessment};
 use crate::{
     consistency::Part,
-    fit::{Bound, Estimate},
+    fit::{Bound, Combination, Estimate},
     levenberg::Termination,
     loss::Loss,
+    misfit::Misfit,
     screening::suspicion,
     statistics::distributions::{COVERED, two_sided},
 };
 
 /// Correlation above which two estimates can hardly be distinguished.
 const STRONG_CORRELATION: f64 = 0.98;
+/// Residuals in those of the noise from which the model does not describe the recordings: of a
+/// model that does, with white noise, they are 1.0 to 1.2.
+const UNEXPLAINED: f64 = 2.0;
+/// The same for the worst of some stretches.
+const UNEXPLAINED_STRETCH: f64 = 3.0;
+/// Standard errors beyond a bound from which the bound is wrong: by chance once in 30,000 cases.
+const BEYOND: f64 = 4.0;
 /// RMS error below which data are simulated without noise, deg.
 const EXACT_DEG: f64 = 1e-6;
 /// Theil's coefficient above which the agreement is called poor.
@@ -34,6 +42,7 @@ pub fn all(assessment: &Assessment) -> Vec<String> {
     for estimate in assessment.fit.estimates.iter().filter(|e| !e.fixed) {
         warnings.extend(parameter(assessment, estimate));
     }
+    combinations(assessment, &mut warnings);
     correlated(assessment, &mut warnings);
     for experiment in &assessment.experiments {
         limits(experiment, &mut warnings);
@@ -83,10 +92,58 @@ pub fn doubts(assessment: &Assessment) -> Vec<String> {
             ));
         }
     }
+    misfit(assessment, &mut doubts);
+    for estimate in fit.estimates.iter().filter(|e| e.beyond > BEYOND) {
+        doubts.push(format!(
+            "{} would be beyond its bound of {:.4} {} by {:.0} standard errors: the other estimates \
+             are those for that bound; --bound sets another",
+            label(assessment, estimate),
+            estimate.value,
+            estimate.unit,
+            estimate.beyond
+        ));
+    }
     if fit.termination != Termination::Converged {
         doubts.push("the search has not converged: the errors are not those of an optimum".into());
     }
     doubts
+}
+
+/// Residuals that the noise does not explain.
+fn misfit(assessment: &Assessment, doubts: &mut Vec<String>) {
+    let fit = &assessment.fit;
+    let Misfit {
+        noise_deg,
+        ratio,
+        worst,
+    } = fit.misfit;
+    if ratio < UNEXPLAINED && worst < UNEXPLAINED_STRETCH {
+        return;
+    }
+    let of_range = |f: fn(f64, f64) -> f64, first: f64, column: fn(&Assessed) -> &Vec<f64>| {
+        let values = assessment.experiments.iter().flat_map(column);
+        values
+            .filter(|value| !value.is_nan())
+            .fold(first, |a, b| f(a, *b))
+    };
+    let (low, high) = (
+        of_range(f64::min, f64::INFINITY, |e| &e.recording.angle_deg),
+        of_range(f64::max, f64::NEG_INFINITY, |e| &e.recording.angle_deg),
+    );
+    let has_stop = |name: &str| {
+        fit.estimate(name)
+            .is_some_and(|e| e.fixed && e.value.is_infinite())
+    };
+    let stop = ["position_limit_deg", "hard_stop_deg"]
+        .into_iter()
+        .find(|name| has_stop(name));
+    let stop = stop.map_or(String::new(), |name| format!("a stop by --free {name}, "));
+    doubts.push(format!(
+        "the model does not explain the data: its residuals are {ratio:.1} times the noise of \
+         {noise_deg:.3} deg, in one stretch {worst:.1} times; the estimates hold for inputs like these \
+         only (angles from {low:.1} to {high:.1} deg), and no interval of them is known; try {stop}\
+         another model, --window, more --starts, and check the column and unit of the command",
+    ));
 }
 
 fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
@@ -116,6 +173,13 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
              from sample to sample: with a zero-order hold the delay would be {:.4} s less and other \
              parameters would differ, which the standard errors include; the hold `zero` or `smooth` decides",
             0.5 * mean_interval_s(assessment)
+        ));
+    }
+    if let Some((below, above)) = fit.delay_open_s {
+        warnings.push(format!(
+            "the command {} up to one sample before the recording shows it: for that reason the delay \
+             may be {below:.4} s less or {above:.4} s more, which its standard errors include",
+            if below > 0.0 { "changes by a different time for each step," } else { "may have changed" }
         ));
     }
     if fit.assumptions.begins_at_rest {
@@ -231,6 +295,27 @@ fn profile(estimate: &Estimate) -> String {
         estimate.profile,
         estimate.unit
     )
+}
+
+/// What is known of the estimates that are not identifiable alone.
+fn combinations(assessment: &Assessment, warnings: &mut Vec<String>) {
+    let fit = &assessment.fit;
+    let one = |known: &Combination| {
+        let error = known.standard_error.max(known.standard_error_coloured);
+        format!(
+            "{} = {:.4e} +- {error:.1e}",
+            fit.described(known),
+            known.value
+        )
+    };
+    if !fit.combinations.is_empty() {
+        let known: Vec<String> = fit.combinations.iter().map(one).collect();
+        warnings.push(format!(
+            "these experiments determine only combinations of some parameters, near this optimum: {}; \
+             a value of one of them, by --fix, determines the others",
+            known.join(", ")
+        ));
+    }
 }
 
 fn correlated(assessment: &Assessment, warnings: &mut Vec<String>) {

@@ -19,6 +19,14 @@ const LATEST_START_S: f64 = 1e6;
 const MOST_DUTY_PCT: f64 = 102.0;
 /// Change from sample to sample above which an angle has wrapped around.
 const WRAP_DEG: f64 = 270.0;
+/// Distance of a jump from a whole turn, deg, and in the fastest other motion from sample to sample,
+/// within which it is a wrap and not a motion.
+const NEAR_DEG: f64 = 20.0;
+const NEAR: f64 = 2.0;
+/// Range of an angle that begins again after a turn, with noise at both ends.
+const TURN_DEG: f64 = 370.0;
+/// One value in this number may be bad at either end of the range.
+const BAD_SHARE: usize = 200;
 
 /// The recording in these columns of a table.
 pub fn recording(
@@ -373,15 +381,26 @@ impl Tally {
 
 /// Unwraps an angle. Returns the first wrap and the number of wraps.
 fn unwrap(angle_deg: &mut [f64]) -> Option<(usize, usize)> {
+    if !is_within_a_turn(angle_deg) {
+        return None;
+    }
     let (mut first, mut times) = (None, 0);
     let (mut offset_deg, mut before) = (0.0, f64::NAN);
+    let present = angle_deg.iter().filter(|angle| !angle.is_nan());
+    let moves = present
+        .clone()
+        .zip(present.skip(1))
+        .map(|(a, b)| (b - a).abs());
+    let fastest = moves.filter(|moved| *moved <= WRAP_DEG).fold(0.0, f64::max);
+    let near_deg = NEAR_DEG + NEAR * fastest;
     for (index, angle) in angle_deg.iter_mut().enumerate() {
         if angle.is_nan() {
             continue;
         }
         let raw = *angle;
+        let jump = (raw - before).abs();
         // The first sample has no predecessor.
-        if (raw - before).abs() > WRAP_DEG {
+        if jump > WRAP_DEG && (360.0 - jump).abs() < near_deg {
             offset_deg -= 360.0 * ((raw - before) / 360.0).round();
             first = first.or(Some(index));
             times += 1;
@@ -390,4 +409,15 @@ fn unwrap(angle_deg: &mut [f64]) -> Option<(usize, usize)> {
         *angle = raw + offset_deg;
     }
     first.map(|first| (first, times))
+}
+
+/// Whether the values, but for a few bad ones, are those of an angle that begins again after a turn.
+fn is_within_a_turn(angle_deg: &[f64]) -> bool {
+    let present = angle_deg.iter().copied().filter(|angle| !angle.is_nan());
+    let mut sorted: Vec<f64> = present.collect();
+    sorted.sort_unstable_by(f64::total_cmp);
+    let bad = sorted.len() / BAD_SHARE;
+    let inner = &sorted[bad..sorted.len() - bad];
+    let range_deg = inner.last().unwrap_or(&0.0) - inner.first().unwrap_or(&0.0);
+    range_deg < TURN_DEG
 }

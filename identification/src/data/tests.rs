@@ -201,6 +201,21 @@ fn a_wrapped_angle_is_unwrapped() {
     assert!(notes[0].text.contains("2 times"), "{}", notes[0]);
 }
 
+#[test]
+fn a_motor_of_many_turns_is_not_unwrapped() {
+    let row = |i: i32| format!("{},0,{}\n", f64::from(i) * 0.02, 320 * i.min(20));
+    let rows: String = (0..60).map(row).collect();
+    let angles = read(&format!("t,command_deg,angle_deg\n{rows}")).expect("angles");
+    assert_eq!(angles.recording.angle_deg.last(), Some(&6400.0));
+}
+
+#[test]
+fn a_fast_motion_within_one_turn_is_not_unwrapped() {
+    let text = "t,command_deg,angle_deg\n0,0,0\n1,0,5\n2,0,10\n3,0,300\n4,0,305\n5,0,305\n";
+    let recording = read(text).expect("angles").recording;
+    assert_eq!(recording.angle_deg, [0.0, 5.0, 10.0, 300.0, 305.0, 305.0]);
+}
+
 /// A sine of 10 deg, clipped at 7 deg.
 fn cut_sine() -> String {
     let row = |i: i32| {

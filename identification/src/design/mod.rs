@@ -18,10 +18,10 @@ use nalgebra::DMatrix;
 
 use super::{
     assessment::Limited,
-    covariance::identifiable,
     engine::normal_equations,
     experiment::Experiment,
     model::{ActiveLimit, Model, Sample},
+    observable::{Observable, weight},
     problem::{IdentifyError, Problem, Role},
     recording::{Hold, Recording},
     unknowns::Unknowns,
@@ -169,7 +169,9 @@ impl ExperimentSetup {
         let unknowns = Unknowns::of(&problem)?.list;
         let point: Vec<f64> = unknowns.iter().map(|u| self.values[u.parameter]).collect();
         let information = normal_equations(&problem, &point)?.hessian;
-        let errors = standard_errors(&information, self.variance_deg2());
+        let values = unknowns.iter().zip(&point);
+        let weights: Vec<f64> = values.map(|(unknown, at)| weight(unknown, *at)).collect();
+        let errors = standard_errors(&information, &weights, self.variance_deg2());
         let estimated = unknowns.iter().zip(errors);
         let estimated =
             estimated.filter(|(u, _)| !self.model.parameters()[u.parameter].is_initial_state);
@@ -241,12 +243,12 @@ impl ExperimentSetup {
 /// The smallest step of a sampling: a tick of the simulator, s.
 pub const LEAST_STEP_S: f64 = 1.0 / TICKS_PER_SECOND as f64;
 
-/// Square roots of the diagonal of `variance * information^-1`; `None` for unknowns with a
-/// component in a direction without information.
-fn standard_errors(information: &DMatrix<f64>, variance: f64) -> Vec<Option<f64>> {
+/// Square roots of the diagonal of `variance * information^-1`; `None` for unknowns that are known
+/// only in combination with others.
+fn standard_errors(information: &DMatrix<f64>, weights: &[f64], variance: f64) -> Vec<Option<f64>> {
     let n = information.nrows();
-    let present = (0..n).filter(|i| information[(*i, *i)] > 0.0).collect();
-    let rows = identifiable(information, present);
+    let acting = (0..n).filter(|i| information[(*i, *i)] > 0.0).collect();
+    let Observable { rows, with } = Observable::of(information, acting, weights);
     let scale: Vec<f64> = rows.iter().map(|i| information[(*i, *i)].sqrt()).collect();
     let normalised = DMatrix::from_fn(rows.len(), rows.len(), |i, j| {
         information[(rows[i], rows[j])] / (scale[i] * scale[j])
@@ -254,7 +256,8 @@ fn standard_errors(information: &DMatrix<f64>, variance: f64) -> Vec<Option<f64>
     let inverse = normalised.cholesky().map(|cholesky| cholesky.inverse());
     let error = |i: usize| {
         let row = rows.iter().position(|r| *r == i)?;
-        Some((variance * inverse.as_ref()?[(row, row)]).sqrt() / scale[row])
+        let is_alone = with[row].is_empty();
+        is_alone.then_some((variance * inverse.as_ref()?[(row, row)]).sqrt() / scale[row])
     };
     (0..n).map(error).collect()
 }

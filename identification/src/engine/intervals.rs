@@ -12,16 +12,29 @@ use crate::fit::Estimate;
 use crate::levenberg::Found;
 use crate::problem::{Problem, Spec};
 use crate::statistics::distributions::{COVERED, two_sided};
-use crate::unknowns::Unknowns;
+use crate::unknowns::{Unknown, Unknowns};
 
 /// Correlation near one, from which an estimate is taken to be determined only with a small error.
 const INSEPARABLE: f64 = 0.995;
+/// Residuals in those of the noise up to which a model describes its recordings.
+const DESCRIBED: f64 = 1.1;
+/// Independent values of the error of a model in a recording: its motions.
+const EVENTS: f64 = 16.0;
+/// Factor on the errors of the model within an input, for those between inputs: with it and the
+/// ratio nine of ten estimates of black boxes from different inputs of one actuator agree within
+/// two standard errors.
+const BETWEEN_INPUTS: f64 = 4.0;
 /// That relative error.
 const SMALL: f64 = 0.1;
 
 /// Widens the errors of all parameters where the hold of the command is not determined, and of each
 /// parameter about which the parts of the recordings disagree.
-pub fn widen(solution: &Solution, consistency: &Consistency, covariance: &mut Covariance) {
+pub fn widen(
+    problem: &Problem,
+    solution: &Solution,
+    consistency: &Consistency,
+    covariance: &mut Covariance,
+) {
     let rows = covariance.rows.clone();
     let row_of = |unknown: usize| rows.iter().position(|row| *row == unknown);
     for difference in &consistency.differences {
@@ -33,6 +46,20 @@ pub fn widen(solution: &Solution, consistency: &Consistency, covariance: &mut Co
         let error = covariance.coloured[(row, row)].sqrt();
         if error > 0.0 && least > error {
             covariance.widen(row, 1.0, least / error);
+        }
+    }
+    let delay = |unknown: &Unknown| {
+        unknown.experiment.is_none()
+            && problem.model.parameter_index("delay_s") == Some(unknown.parameter)
+    };
+    let delay = solution.unknowns.list.iter().position(delay);
+    if let (Some((below, above)), Some(row)) = (solution.delay_open_s, delay.and_then(row_of)) {
+        // Any value in that interval is as likely as another.
+        let open = (below * below - below * above + above * above) / 3.0;
+        let factor = |matrix: &DMatrix<f64>| (1.0 + open / matrix[(row, row)]).sqrt();
+        let factors = (factor(&covariance.white), factor(&covariance.coloured));
+        if factors.0.is_finite() && factors.1.is_finite() {
+            covariance.widen(row, factors.0, factors.1);
         }
     }
     // The interval around the estimate for a smooth command covers that for a held one, too. The
@@ -54,27 +81,58 @@ pub fn widen(solution: &Solution, consistency: &Consistency, covariance: &mut Co
     }
 }
 
+/// Widens the errors for coloured residuals by those of a model that does not describe its
+/// recordings. Its estimates depend on the input: the part of the residuals that is not noise is
+/// the same wherever the input repeats, so that it counts as a few independent values only, and
+/// another input has another one.
+pub fn include_misfit(ratio: f64, samples: usize, covariance: &mut Covariance) {
+    if ratio.is_nan() || ratio < DESCRIBED {
+        return;
+    }
+    let share = 1.0 - (DESCRIBED / ratio).powi(2);
+    let events = BETWEEN_INPUTS * (share * samples as f64 / EVENTS).sqrt();
+    for row in 0..covariance.rows.len() {
+        let white = covariance.white[(row, row)].sqrt();
+        let coloured = covariance.coloured[(row, row)].sqrt();
+        let factor = ratio.max(events * white / coloured);
+        if factor.is_finite() {
+            covariance.widen(row, 1.0, factor);
+        }
+    }
+}
+
 /// For each unknown at a bound, how far from it the other end of its 95 % interval is: where the
 /// cost, minimised over the others to second order, exceeds the optimum as an insignificant
-/// parameter makes it once in twenty cases (Venzon and Moolgavkar, Applied Statistics 37, 1988).
+/// parameter makes it once in twenty cases (Venzon and Moolgavkar, Applied Statistics 37, 1988);
+/// and by how many standard errors it would be beyond the bound.
 pub fn profiles(
     unknowns: &Unknowns,
     found: &Found,
-    is_held: &[bool],
+    at_bound: &[bool],
     blocks: &Blocks,
     covariance: &Covariance,
-) -> Vec<f64> {
-    let mut ends = vec![f64::NAN; found.point.len()];
-    if !is_held.contains(&true) {
+) -> Vec<(f64, f64)> {
+    let mut ends = vec![(f64::NAN, 0.0); found.point.len()];
+    if !at_bound.contains(&true) {
         return ends;
     }
     let (gradient, information) = blocks.sum(|_| true);
-    let rows = &covariance.rows;
+    let rows: Vec<usize> = covariance
+        .rows
+        .iter()
+        .copied()
+        .filter(|row| !at_bound[*row])
+        .collect();
+    let larger = |row: usize| covariance.coloured[(row, row)] / covariance.white[(row, row)];
+    let larger = (0..covariance.rows.len())
+        .map(larger)
+        .filter(|ratio| ratio.is_finite());
+    let larger = larger.fold(1.0, f64::max).sqrt();
     let others = information
-        .select_rows(rows)
-        .select_columns(rows)
+        .select_rows(&rows)
+        .select_columns(&rows)
         .cholesky();
-    for (unknown, _) in is_held.iter().enumerate().filter(|(_, held)| **held) {
+    for (unknown, _) in at_bound.iter().enumerate().filter(|(_, held)| **held) {
         let own = information[(unknown, unknown)];
         let cross = DVector::from_fn(rows.len(), |i, _| information[(rows[i], unknown)]);
         let by_others = others.as_ref().map_or(0.0, |o| cross.dot(&o.solve(&cross)));
@@ -87,7 +145,11 @@ pub fn profiles(
         let at = found.point[unknown];
         let inward = if at <= declared.low { 1.0 } else { -1.0 };
         if away.is_finite() {
-            ends[unknown] = (at + inward * away).clamp(declared.low, declared.high);
+            let end = (at + inward * away).clamp(declared.low, declared.high);
+            ends[unknown] = (
+                end,
+                slope / (larger * covariance.noise_deg * curvature.sqrt()),
+            );
         }
     }
     ends

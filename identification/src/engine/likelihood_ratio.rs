@@ -9,7 +9,9 @@
 //! parameters are not significant, the model is reported at the optimum of the nested one.
 
 use super::nested::NestedStart;
+use super::outcome;
 use crate::levenberg::{Found, Limits, search};
+use crate::model::ActiveLimit;
 use crate::normal::{cost, normal};
 use crate::problem::Problem;
 use crate::statistics::distributions::chi_squared_exceeds;
@@ -31,6 +33,7 @@ pub fn without_insignificant_limits(
     is_stopped: &(dyn Fn() -> bool + Sync),
 ) -> Found {
     let freedom = freedom(problem, unknowns);
+    let accident = ACCIDENT * unevenness(problem, unknowns, &found);
     for (column, unknown) in unknowns.list.iter().enumerate() {
         if !problem.model.parameters()[unknown.parameter].is_limit || is_stopped() {
             continue;
@@ -45,7 +48,7 @@ pub fn without_insignificant_limits(
         let Some(mut refit) = search(problem, unknowns, &without, limits, is_stopped) else {
             continue;
         };
-        if worse(refit.cost) < ACCIDENT {
+        if worse(refit.cost) < accident {
             let beyond = (2.0 * found.point[column]).min(unknown.high);
             refit.point[column] = beyond;
             let there = normal(problem, unknowns, &refit.point);
@@ -55,6 +58,24 @@ pub fn without_insignificant_limits(
         }
     }
     found
+}
+
+/// The mean square of the residuals at a limit of the rate, by that of all of them, at least 1: an
+/// error in time makes them largest where the rate is, and a limit cuts them off.
+fn unevenness(problem: &Problem, unknowns: &Unknowns, found: &Found) -> f64 {
+    let (mut limited, mut all) = ((0.0, 0.0_f64), (0.0, 0.0_f64));
+    for fit in outcome::fits(problem, unknowns, &found.point) {
+        let samples = fit.residual_deg.iter().zip(&fit.state);
+        for (residual, state) in samples.filter(|(residual, _)| !residual.is_nan()) {
+            let square = residual * residual;
+            all = (all.0 + square, all.1 + 1.0);
+            if matches!(state, ActiveLimit::RateUp | ActiveLimit::RateDown) {
+                limited = (limited.0 + square, limited.1 + 1.0);
+            }
+        }
+    }
+    let ratio = limited.0 / limited.1 / (all.0 / all.1);
+    if ratio > 1.0 { ratio } else { 1.0 }
 }
 
 /// Whether a cost of `less` is significantly better than a cost of `more`.

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{Solution, drift, intervals};
+use super::{Solution, combinations, drift, intervals};
 use crate::consistency::Consistency;
 use crate::covariance::{Covariance, covariance};
 use crate::experiment_fit::ExperimentFit;
@@ -10,6 +10,7 @@ use crate::fit::{Bound, Estimate, Fit};
 use crate::levenberg::Found;
 use crate::limited::Limited;
 use crate::loss::Loss;
+use crate::misfit::Misfit;
 use crate::model::ActiveLimit;
 use crate::problem::{Problem, Scope, Spec};
 use crate::unknowns::{Unknown, Unknowns};
@@ -28,16 +29,23 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
     let bounds: Vec<Option<Bound>> = (0..found.point.len())
         .map(|i| bound(unknowns, i, found.point[i]))
         .collect();
-    let is_held: Vec<bool> = bounds.iter().map(Option::is_some).collect();
-    let experiments: Vec<ExperimentFit> = (0..problem.experiments.len())
-        .map(|i| experiment_fit(problem, i, &unknowns.runs[i].values(&found.point)))
-        .collect();
+    let at_bound: Vec<bool> = bounds.iter().map(Option::is_some).collect();
+    // A limit of the search does not determine a parameter, and the others not beside it.
+    let is_zero = |(bound, at): (&Option<Bound>, &f64)| *bound == Some(Bound::Low) && *at == 0.0;
+    let is_held: Vec<bool> = bounds.iter().zip(&found.point).map(is_zero).collect();
+    let experiments = fits(problem, unknowns, &found.point);
+    let misfit = Misfit::of(&problem.experiments, &experiments);
     let (mut covariance, blocks) = covariance(problem, unknowns, found, &is_held, &experiments);
     let mut consistency = Consistency::of(problem, unknowns, &found.point, &blocks, &covariance);
     consistency.drift = drift::of(problem, unknowns, found, &experiments);
-    intervals::widen(solution, &consistency, &mut covariance);
-    let (mut estimates, rows) = estimates(problem, unknowns, found, &bounds, &covariance);
-    let ends = intervals::profiles(unknowns, found, &is_held, &blocks, &covariance);
+    intervals::widen(problem, solution, &consistency, &mut covariance);
+    let ends = intervals::profiles(unknowns, found, &at_bound, &blocks, &covariance);
+    let known = combinations::of(unknowns, found, &covariance, &at_bound);
+    let mut covariance = covariance.alone(&at_bound);
+    let (mut estimates, columns) = estimates(problem, unknowns, found, &bounds, &covariance);
+    let place = |row: &usize| columns.iter().position(|c| *c == Some(*row));
+    let rows: Vec<usize> = covariance.rows.iter().filter_map(place).collect();
+    let combinations = combinations::named(known, place);
     for estimate in estimates.iter_mut().filter(|e| e.at_bound.is_some()) {
         let is_it = |u: &Unknown| {
             problem.specs[u.parameter].parameter.name == estimate.name
@@ -46,7 +54,12 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
                     .is_none_or(|own| u.experiment == Some(own))
         };
         let column = unknowns.list.iter().position(is_it);
-        estimate.profile = column.map_or(f64::NAN, |column| ends[column]);
+        let Some(column) = column else { continue };
+        (estimate.profile, estimate.beyond) = ends[column];
+        // The others may make up for any other value of it.
+        if covariance.traded.contains(&column) {
+            (estimate.profile, estimate.identifiable) = (f64::NAN, false);
+        }
     }
     let correlation = correlation(&covariance.white);
     intervals::leave_open_correlated(problem, &rows, &correlation, &mut estimates);
@@ -54,9 +67,15 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         leave_open_beyond(problem, case, &mut estimates);
     }
     let residuals = experiments.iter().flat_map(|e| &e.residual_deg);
+    let samples = residuals.filter(|r| !r.is_nan()).count();
+    intervals::include_misfit(misfit.ratio, samples, &mut covariance);
+    for (row, &index) in rows.iter().enumerate() {
+        estimates[index].standard_error_coloured = covariance.coloured[(row, row)].max(0.0).sqrt();
+    }
     Fit {
         model: problem.model.name(),
         rows,
+        combinations,
         estimates,
         correlation,
         consistency,
@@ -64,7 +83,8 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         covariance_coloured: covariance.coloured,
         loss: loss_of(problem),
         cost: found.cost,
-        samples: residuals.filter(|r| !r.is_nan()).count(),
+        samples,
+        misfit,
         noise_deg: covariance.noise_deg,
         fit_percent: overall(problem, &experiments),
         experiments,
@@ -73,6 +93,7 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
         starts: solution.starts,
         no_better_than: solution.no_better_than,
         assumptions: solution.assumptions,
+        delay_open_s: solution.delay_open_s,
         is_hold_undetermined: !solution.hold_differences.is_empty(),
     }
 }
@@ -114,14 +135,14 @@ fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     })
 }
 
-/// All estimates, and the indices of those in the rows of the covariance.
+/// All estimates, and the unknown that each is of.
 fn estimates(
     problem: &Problem,
     unknowns: &Unknowns,
     found: &Found,
     bounds: &[Option<Bound>],
     covariance: &Covariance,
-) -> (Vec<Estimate>, Vec<usize>) {
+) -> (Vec<Estimate>, Vec<Option<usize>>) {
     let mut estimates: Vec<Estimate> = Vec::new();
     let mut columns: Vec<Option<usize>> = Vec::new();
     for (parameter, spec) in problem.specs.iter().enumerate() {
@@ -149,9 +170,7 @@ fn estimates(
             columns.push(Some(column));
         }
     }
-    let place = |row: &usize| columns.iter().position(|c| *c == Some(*row));
-    let rows = covariance.rows.iter().filter_map(place).collect();
-    (estimates, rows)
+    (estimates, columns)
 }
 
 /// A fixed value.
@@ -169,6 +188,7 @@ fn plain(spec: &Spec, value: f64) -> Estimate {
         at_bound: None,
         identifiable: true,
         profile: f64::NAN,
+        beyond: 0.0,
     }
 }
 
@@ -201,6 +221,13 @@ fn is_identifiable(spec: &Spec, estimate: &Estimate) -> bool {
     // Parameters without influence have NaN as their standard error.
     !error.is_nan()
         && (!spec.has_scale() || spec.scope == Scope::Own || error <= VAGUE * estimate.value.abs())
+}
+
+/// Predictions and residuals of all experiments.
+pub fn fits(problem: &Problem, unknowns: &Unknowns, point: &[f64]) -> Vec<ExperimentFit> {
+    let runs = unknowns.runs.iter().enumerate();
+    runs.map(|(i, run)| experiment_fit(problem, i, &run.values(point)))
+        .collect()
 }
 
 /// Prediction and residuals of one experiment.

@@ -34,30 +34,54 @@ const ANOTHER: f64 = 0.7;
 const ROUNDS: usize = 12;
 
 fn fits(problem: &Problem, solution: &Solution) -> Vec<ExperimentFit> {
-    let runs = solution.unknowns.runs.iter().enumerate();
-    let values = runs.map(|(i, run)| (i, run.values(&solution.found.point)));
-    values
-        .map(|(i, values)| outcome::experiment_fit(problem, i, &values))
-        .collect()
+    outcome::fits(problem, &solution.unknowns, &solution.found.point)
 }
 
 /// Whether isolated residuals decide the fit.
 pub fn is_called_for(problem: &Problem, solution: &Solution) -> bool {
-    let (mut isolated, mut all) = (0.0, 0.0);
-    for (run, fit) in problem.experiments.iter().zip(fits(problem, solution)) {
-        isolated += isolated_squares(&run.recording.angle_deg, &fit);
-        all += fit
-            .residual_deg
-            .iter()
-            .filter(|r| !r.is_nan())
-            .map(|r| r * r)
-            .sum::<f64>();
-    }
-    isolated > DECISIVE * all
+    let fits = fits(problem, solution);
+    let isolated = isolated(problem, &fits);
+    let isolated: f64 = isolated.iter().flatten().map(|(_, off)| off * off).sum();
+    let residuals = fits.iter().flat_map(|fit| &fit.residual_deg);
+    isolated
+        > DECISIVE
+            * residuals
+                .filter(|r| !r.is_nan())
+                .map(|r| r * r)
+                .sum::<f64>()
 }
 
-/// The sum of the squares of isolated residuals, deg^2.
-fn isolated_squares(angle_deg: &[f64], fit: &ExperimentFit) -> f64 {
+/// Whether the optimum of squares describes the samples that are not isolated at least as well as
+/// the robust one: then the residuals that count less in this one are not outliers but what the
+/// model lacks.
+pub fn is_worse(problem: &Problem, squares: &Solution, robust: (&Problem, &Solution)) -> bool {
+    let fits = [fits(problem, squares), fits(robust.0, robust.1)];
+    let isolated: Vec<Isolated> = fits.iter().map(|fits| isolated(problem, fits)).collect();
+    let sum = |fits: &[ExperimentFit]| {
+        let runs = fits.iter().enumerate().map(|(run, fit)| {
+            let is_isolated = |i: usize| {
+                let mut all = isolated.iter().flat_map(|of_fit| &of_fit[run]);
+                all.any(|(place, _)| *place == i)
+            };
+            let rest = fit.residual_deg.iter().enumerate();
+            let rest = rest.filter(|(i, r)| !r.is_nan() && !is_isolated(*i));
+            rest.map(|(_, r)| r * r).sum::<f64>()
+        });
+        runs.sum::<f64>()
+    };
+    sum(&fits[0]) <= sum(&fits[1])
+}
+
+/// The isolated residuals of each run: their samples, and by how much they are off.
+type Isolated = Vec<Vec<(usize, f64)>>;
+
+fn isolated(problem: &Problem, fits: &[ExperimentFit]) -> Isolated {
+    let runs = problem.experiments.iter().zip(fits);
+    runs.map(|(run, fit)| isolated_of_run(&run.recording.angle_deg, fit))
+        .collect()
+}
+
+fn isolated_of_run(angle_deg: &[f64], fit: &ExperimentFit) -> Vec<(usize, f64)> {
     let present: Vec<usize> = (0..fit.residual_deg.len())
         .filter(|&i| !fit.residual_deg[i].is_nan())
         .collect();
@@ -80,9 +104,15 @@ fn isolated_squares(angle_deg: &[f64], fit: &ExperimentFit) -> f64 {
         let at = |k: usize| fit.predicted_deg[present[k]];
         (at(k + 1) - at(k - 1)).abs()
     };
-    let is_isolated = |(k, off): &(usize, f64)| *off > least.max(motion(*k));
+    // An error in time, in intervals of two samples: off by as much as they move, or by more where
+    // most instants are uncertain.
+    let moving = inner.clone().zip(&off);
+    let moving = moving.filter(|(k, _)| motion(*k) > least);
+    let late = scale_deg(moving.map(|(k, off)| off / motion(k)));
+    let late = (ISOLATED * if late.is_nan() { 0.0 } else { late }).max(1.0);
+    let is_isolated = |(k, off): &(usize, f64)| *off > least.max(late * motion(*k));
     let isolated = inner.zip(off).filter(is_isolated);
-    isolated.map(|(_, off)| off * off).sum()
+    isolated.map(|(k, off)| (present[k], off)).collect()
 }
 
 /// The scale of these residuals, deg, which a fifth of outliers does not move far; NaN of nothing.

@@ -2,6 +2,7 @@
 //! parts.
 
 use super::*;
+use model_core::sensors::noise::Noise;
 
 /// The output of a model with these parameters, as an encoder measures it.
 fn answered(model: &str, mut recording: Recording, truth: &[(&str, f64)], seed: u64) -> Recording {
@@ -201,4 +202,76 @@ fn friction_is_bounded_to_the_range_of_small_servos_by_default() {
     assert_eq!(high(&problem), 1.0_f64.to_radians());
     problem.bound(name, 0.0, 0.1).expect("a bound");
     assert_eq!(high(&problem), 0.1);
+}
+
+/// An unloaded motor at steps of the duty, sampled at 250 Hz.
+fn unloaded(noise: &mut Noise) -> (Recording, [(&'static str, f64); 5]) {
+    let mut between =
+        |low: f64, high: f64| low + (high - low) * noise.gaussian(1e3).rem_euclid(1.0);
+    let truth = [
+        ("torque_constant_nm_a", between(0.2, 0.8)),
+        ("motor_inertia_kg_m2", between(0.004, 0.02)),
+        ("viscous_friction_nm_s_deg", between(5e-5, 3e-4)),
+        ("coulomb_friction_nm", between(0.01, 0.05)),
+        ("delay_s", between(0.005, 0.02)),
+    ];
+    let time_s: Vec<f64> = (0..1000).map(|i| 0.004 * f64::from(i)).collect();
+    let levels = [60.0, -40.0, 15.0, -70.0, 30.0, 0.0, 80.0, -20.0];
+    let recording = Recording {
+        name: "unloaded".into(),
+        command_deg: vec![0.0; time_s.len()],
+        angle_deg: time_s.clone(),
+        duty_pct: Some((0..time_s.len()).map(|i| levels[i / 125]).collect()),
+        constants: [
+            ("winding_resistance_ohm".to_owned(), 5.0),
+            ("supply_v".to_owned(), 12.0),
+        ]
+        .into(),
+        time_s,
+        ..Default::default()
+    };
+    (recording, truth)
+}
+
+#[test]
+fn of_an_unloaded_motor_only_ratios_are_known() {
+    let mut noise = Noise::new(1, 0);
+    for seed in 0..6 {
+        let (recording, truth) = unloaded(&mut noise);
+        let run = answered("motor-m1", recording, &truth, seed);
+        let fit = fitted(&problem("motor-m1", vec![run]));
+        let scaled = &truth[..4];
+        for (name, _) in scaled {
+            let estimate = fit.estimate(name).expect("an estimate");
+            assert!(!estimate.identifiable, "{seed} {estimate:?}");
+            assert!(estimate.standard_error.is_nan(), "{seed} {estimate:?}");
+        }
+        // A friction at its bound of zero has no combination of its own.
+        assert!(fit.combinations.len() >= 2, "{seed} {:?}", fit.combinations);
+        let value = |index: usize| {
+            let name = fit.estimates[index].name;
+            let known = truth.iter().find(|(known, _)| *known == name);
+            known.map_or(f64::NAN, |(_, value)| *value)
+        };
+        // Those with the viscous friction are linear near the estimate, and the truth is not.
+        let is_ratio = |c: &&crate::fit::Combination| {
+            c.terms.iter().all(|(_, power)| power.abs() == 1.0) && c.is_product
+        };
+        let ratios: Vec<_> = fit.combinations.iter().filter(is_ratio).collect();
+        assert_eq!(ratios.len(), 2, "{seed} {:?}", fit.combinations);
+        for ratio in ratios {
+            let powers = ratio
+                .terms
+                .iter()
+                .map(|(index, power)| value(*index).powf(*power));
+            let truth: f64 = powers.product();
+            let error = ratio.standard_error.max(ratio.standard_error_coloured);
+            // Far more than the error for noise: the cost of a model with friction has small minima.
+            assert!(
+                (ratio.value / truth - 1.0).abs() < 0.02,
+                "{seed} {ratio:?} {truth}"
+            );
+            assert!(error < 0.05 * truth, "{seed} {ratio:?}");
+        }
+    }
 }
