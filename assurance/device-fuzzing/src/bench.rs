@@ -3,9 +3,9 @@
 use bootloader::{ACTUATOR_BOARD, Outcome, Policy, Version};
 use canopen::dictionary::Address;
 use canopen::{Application as _, CanFrame};
-use firmware::dictionary::DICTIONARY;
 use firmware::actuator::Actuator;
 use firmware::application::{Bridge, Outputs, Samples, Start};
+use firmware::dictionary::DICTIONARY;
 use firmware::drive::{Slots, StageError, StoredParameters, UpdateOrder};
 use model_core::plant::first_order::{FirstOrder, FirstOrderParameters};
 use model_core::plant::{Plant, Pwm};

@@ -118,12 +118,13 @@ fn the_trace_of_a_run_repeats_it() {
 #[test]
 fn a_mat_file_that_is_damaged_or_lacks_a_column_is_named() {
     let cli = Cli::new();
-    cli.write("text.mat", "time_s,command_deg\n0,1\n");
-    let expected = "text.mat:1: expected a MAT file of level 5";
-    for command in ["identify", "simulate board --csv - --input-file"] {
-        cli.assert_error(&format!("{command} text.mat"), 2, expected);
-    }
     cli.text("simulate black-box-1 --every 80 --out run.mat");
+    let whole = std::fs::read(cli.path("run.mat")).expect("written");
+    cli.write("cut.mat", &whole[..300]);
+    for command in ["identify", "simulate board --csv - --input-file"] {
+        let expected = "cut.mat:1: the file is cut off";
+        cli.assert_error(&format!("{command} cut.mat"), 2, expected);
+    }
     let error = "run.mat:1: no column `load_torque_nm`: the columns are `time_s`";
     let run = "simulate board --plant bench --csv - --load-file run.mat";
     cli.assert_error(run, 2, error);
