@@ -44,7 +44,7 @@ impl<T: Hash> Checked<T> {
         &self.value
     }
 
-    /// Number of changes; wraps.
+    /// Number of changes, attempted ones included; wraps.
     pub fn changes(&self) -> u32 {
         self.changes
     }
@@ -56,14 +56,15 @@ impl<T: Hash> Checked<T> {
     }
 
     /// Changes the content. Returns false, without a change, if the content differs from its check
-    /// value: the check value never becomes valid for corrupt content.
+    /// value: the check value never becomes valid for corrupt content. It counts as a change even so:
+    /// the corrupt message is posted, and the loop detects it.
     pub fn update(&mut self, change: impl FnOnce(&mut T)) -> bool {
         let is_intact = self.get().is_some();
         if is_intact {
             change(&mut self.value);
             self.check = check_value(&self.value);
-            self.changes = self.changes.wrapping_add(1);
         }
+        self.changes = self.changes.wrapping_add(1);
         is_intact
     }
 }
@@ -141,7 +142,9 @@ mod tests {
             let mut message = Checked::new([0x5a5a_1234_u32; 8]);
             message.value[word] ^= 1 << bit;
             assert_eq!(message.get(), None);
+            let before = message.changes();
             assert!(!message.update(|value| value[word] ^= 1 << bit));
+            assert_ne!(message.changes(), before, "it is posted");
         }
     }
 

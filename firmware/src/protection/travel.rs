@@ -13,15 +13,15 @@
 //!
 //! | cause | deg | how it is allowed for |
 //! |---|---|---|
-//! | constant of the back-EMF 30 % too low (`1/0.7 - 1`) | 43 % of the travel too far | [`AHEAD_PCT`] of the expected travel |
-//! | the same 30 % too high (`1 - 1/1.3`) | 23 % of the travel too little | [`BEHIND_PCT`] of the expected travel |
-//! | offset of the legs: resistors of 1 % are 80 mV at 6 V | 4 deg/s | learned at rest; [`OFFSET_MDEG_S`], or [`UNKNOWN_OFFSET_MDEG_S`] before |
+//! | constant of the back-EMF 30 % too low (`1/0.7 - 1`) | 43 % of the travel too far | `AHEAD_PCT` of the expected travel |
+//! | the same 30 % too high (`1 - 1/1.3`) | 23 % of the travel too little | `BEHIND_PCT` of the expected travel |
+//! | offset of the legs: resistors of 1 % are 80 mV at 6 V | 4 deg/s | learned at rest; `OFFSET_MDEG_S`, or `UNKNOWN_OFFSET_MDEG_S` before |
 //! | encoder: two counts of resolution and noise, 384 us of delay at 280 deg/s | 0.3 | does not add up |
 //! | play of the gears | 1 | does not add up |
 //! | a stop within a period from 280 deg/s: half of its travel | 0.6 | does not add up |
 //!
-//! The last three are within 1.9 deg together: [`LIMIT_MDEG`]. A single count that is further off
-//! than [`WINDOW_MDEG`] is rejected, and does not move the shaft. A drift of `d` above the allowance
+//! The last three are within 1.9 deg together: `LIMIT_MDEG`. A single count that is further off
+//! than `WINDOW_MDEG` is rejected, and does not move the shaft. A drift of `d` above the allowance
 //! `a` is detected after `LIMIT/(d - a)`.
 
 use model_core::time::CONTROL_RATE_HZ;
