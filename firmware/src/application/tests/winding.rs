@@ -1,6 +1,9 @@
 //! The application on the plant whose current pulses.
 
-use model_core::plant::board::{BoardPlant, BoardPlantOptions, SampledBoardPlant};
+use model_core::{
+    control::units::angle,
+    plant::board::{BoardPlant, BoardPlantOptions, SampledBoardPlant},
+};
 
 use super::*;
 use crate::native;
@@ -71,5 +74,55 @@ fn a_reversal_at_the_full_rate_is_no_fault_of_the_encoder_or_of_the_back_emf() {
         // No rotation makes more than the supply.
         let back_emf_mv = outputs.telemetry.back_emf_mv;
         assert!((0..=6000).contains(&back_emf_mv), "{back_emf_mv} mV");
+    }
+}
+
+/// A drive as one finds it, whose back-EMF is this share of that of object 2011h, with a degree of
+/// play, at rest with the bridge off for 0.2 s, and then enabled.
+fn found(seed: u64, constant: f64) -> Loop {
+    let mut options = BoardPlantOptions::realistic(seed);
+    options.drivetrain.electrical.torque_constant_nm_a *= constant;
+    options.drivetrain.gear_train.backlash_deg = 1.0;
+    let plant = BoardPlant::try_new(&options).unwrap();
+    let mut board = Loop {
+        application: Configured::new(BoardParameters::DEFAULT),
+        plant: SampledBoardPlant::new(plant, &mut |_, _| {}),
+    };
+    for _ in 0..50 {
+        board.step();
+    }
+    board.application.request(Request::Enable).unwrap();
+    board
+}
+
+#[test]
+fn a_sound_encoder_is_plausible_in_steps_and_ramps_with_a_constant_off_by_30_percent() {
+    let of_encoder = FaultSet::of(&[
+        Fault::EncoderStuck,
+        Fault::EncoderJump,
+        Fault::EncoderImplausible,
+    ]);
+    for (seed, constant) in (0..4).flat_map(|seed| [0.7, 1.0, 1.3].map(|k| (seed, k))) {
+        let mut board = found(seed, constant);
+        let mut chance = Noise::new(seed, 1);
+        for _ in 0..40 {
+            let target = angle(chance.gaussian(30.0).clamp(-60.0, 60.0));
+            let from = board.application.telemetry().angle;
+            // In a step, or within half a second.
+            let periods = if chance.gaussian(1.0) > 0.0 { 1 } else { 125 };
+            for period in 1..=150 {
+                let share = f64::from(period.min(periods)) / f64::from(periods);
+                let command = from.to_f64() + share * (target - from).to_f64();
+                let outputs = board.follow(angle(command), 1);
+                let found = outputs.telemetry.latched.and(of_encoder);
+                assert!(
+                    found.is_empty(),
+                    "seed {seed}, {constant}: {:?}",
+                    outputs.fault
+                );
+            }
+        }
+        let telemetry = board.application.telemetry();
+        assert!(telemetry.latched.is_empty(), "{:?}", telemetry.latched);
     }
 }
