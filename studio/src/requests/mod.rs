@@ -32,7 +32,23 @@ fn parse(text: &str) -> (u64, Result<Request, serde_json::Error>) {
         Err(error) => return (0, Err(error)),
     };
     let id = arguments.remove("id").and_then(|id| id.as_u64());
-    (id.unwrap_or(0), request(arguments))
+    let request = if arguments.values().all(has_finite_numbers) {
+        request(arguments)
+    } else {
+        Err(serde_json::Error::custom("number out of range"))
+    };
+    (id.unwrap_or(0), request)
+}
+
+/// Whether each number is one: `1e999` is infinite where any other crate enables
+/// `arbitrary_precision` of `serde_json`, and an error of the parser otherwise.
+fn has_finite_numbers(value: &Value) -> bool {
+    match value {
+        Value::Number(number) => number.as_f64().is_some_and(f64::is_finite),
+        Value::Array(values) => values.iter().all(has_finite_numbers),
+        Value::Object(values) => values.values().all(has_finite_numbers),
+        _ => true,
+    }
 }
 
 fn request(mut arguments: Map<String, Value>) -> Result<Request, serde_json::Error> {

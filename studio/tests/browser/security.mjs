@@ -16,7 +16,14 @@ const raw = (bytes, pause = 700, last = null) => new Promise(resolve => {
   const chunks = [];
   const end = () => { socket.destroy(); resolve({ text: Buffer.concat(chunks).toString('latin1'), isClosed: closed }); };
   let closed = false, timer = setTimeout(end, pause);
-  socket.on('data', data => { chunks.push(data); clearTimeout(timer); timer = setTimeout(end, last && data.includes(last) ? 0 : pause); });
+  socket.on('data', data => {
+    chunks.push(data);
+    // Telemetry follows the text, and leaves no pause.
+    if (last && Buffer.concat(chunks).includes(last)) return end();
+    if (last) return;
+    clearTimeout(timer);
+    timer = setTimeout(end, pause);
+  });
   socket.on('close', () => { closed = true; clearTimeout(timer); end(); });
   socket.on('error', () => {});
   for (const part of [bytes].flat()) socket.write(part);
