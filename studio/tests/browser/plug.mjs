@@ -87,7 +87,7 @@ for (const [what, pull, says] of cases) {
     await page.fill('#move-4', 25);
     await page.fill('#move-5', 0.6);
     await page.fill('#move-12', 100);
-    await page.until("document.querySelector('#view-move .preview canvas') && document.querySelector('#view-move .soft[aria-live]').textContent.includes('166')");
+    await page.until("document.querySelector('#view-move .preview canvas') && [...document.querySelectorAll('#view-move .soft[aria-live]')].some(line => line.textContent.includes('166'))");
     await page.tap('#run');
     await page.until('Math.abs(parseFloat(document.getElementById("angle").textContent)) > 10');
     // The shaft is on its way through zero, at its greatest rate.

@@ -61,7 +61,7 @@ fn the_description_and_the_units_are_its_metadata() {
         ("parameters.limit", "inf"),
         ("parameters.third", "0.3333333333333333"),
         ("units.angle_deg", "deg"),
-        ("units.t", "s"),
+        ("units.time_s", "s"),
     ];
     assert_eq!(pairs, BTreeMap::from(expected));
 }
