@@ -58,6 +58,11 @@ pub fn decided(
     options: &Options,
     progress: &dyn Progress,
 ) -> (Option<Problem>, Solution) {
+    // A log with the duty is of the controller itself, which samples the command at its instants.
+    let is_of_controller = |experiment: &Experiment| !experiment.drive.is_empty();
+    if problem.experiments.iter().any(is_of_controller) {
+        return (None, usual);
+    }
     let (Some(delay), Some(steps)) = (delay_column(problem, &usual), steps(problem)) else {
         return (None, usual);
     };
