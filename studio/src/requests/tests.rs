@@ -25,7 +25,7 @@ fn an_invalid_request_is_refused_with_its_cause() {
             "expected u8",
         ),
         (
-            r#"{"id":5,"do":"preview","settings":{"4":1e30}}"#,
+            r#"{"id":5,"do":"preview","settings":{"4":"x"}}"#,
             5,
             "expected i32",
         ),
