@@ -56,8 +56,8 @@ impl<T: Hash> Checked<T> {
     }
 
     /// Changes the content. Returns false, without a change, if the content differs from its check
-    /// value: the check value never becomes valid for corrupt content. It counts as a change even so:
-    /// the corrupt message is posted, and the loop detects it.
+    /// value: the check value never becomes valid for corrupt content. It counts as a change even
+    /// so: the corrupt message is posted, and the loop detects it.
     pub fn update(&mut self, change: impl FnOnce(&mut T)) -> bool {
         let is_intact = self.get().is_some();
         if is_intact {

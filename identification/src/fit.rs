@@ -69,8 +69,8 @@ pub struct Combination {
 }
 
 impl Estimate {
-    /// Whether it was searched for in vain: the experiments do not determine it, or it is at a bound
-    /// of its range.
+    /// Whether it was searched for in vain: the experiments do not determine it, or it is at a
+    /// bound of its range.
     pub fn is_undetermined(&self) -> bool {
         !self.fixed && (!self.identifiable || self.at_bound.is_some())
     }

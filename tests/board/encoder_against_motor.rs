@@ -1,5 +1,5 @@
-//! An encoder that does not show what the motor does: the shaft is held or stopped before it is 5 deg
-//! off.
+//! An encoder that does not show what the motor does: the shaft is held or stopped before it is 5
+//! deg off.
 
 use board_tests::frames::faults;
 use board_tests::master::{Master, driven};

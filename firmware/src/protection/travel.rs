@@ -1,7 +1,7 @@
 //! The encoder's travel against the motor's, by the back-EMF.
 //!
-//! The motor is rigidly geared to the encoder's magnet. A magnet that slips, an encoder that drifts,
-//! repeats its word or counts too little differ from the motor:
+//! The motor is rigidly geared to the encoder's magnet. A magnet that slips, an encoder that
+//! drifts, repeats its word or counts too little differ from the motor:
 //!
 //! ```text
 //! expected = sum of (rate of this back-EMF + rate of the one before)/2 T
@@ -11,18 +11,19 @@
 //!
 //! What a sound drive contributes to the residual, at the shaft:
 //!
-//! | cause | deg | how it is allowed for |
+//! | cause | deg | allowed for by |
 //! |---|---|---|
-//! | constant of the back-EMF 30 % too low (`1/0.7 - 1`) | 43 % of the travel too far | `AHEAD_PCT` of the expected travel |
-//! | the same 30 % too high (`1 - 1/1.3`) | 23 % of the travel too little | `BEHIND_PCT` of the expected travel |
-//! | offset of the legs: resistors of 1 % are 80 mV at 6 V | 4 deg/s | learned at rest; `OFFSET_MDEG_S`, or `UNKNOWN_OFFSET_MDEG_S` before |
-//! | encoder: two counts of resolution and noise, 384 us of delay at 280 deg/s | 0.3 | does not add up |
-//! | play of the gears | 1 | does not add up |
-//! | a stop within a period from 280 deg/s: half of its travel | 0.6 | does not add up |
+//! | constant of the back-EMF 30 % too low (`1/0.7 - 1`) | 43 % ahead | `AHEAD_PCT` |
+//! | the same 30 % too high (`1 - 1/1.3`) | 23 % behind | `BEHIND_PCT` |
+//! | offset of the legs: resistors of 1 % are 80 mV at 6 V | 4 deg/s | `OFFSET_MDEG_S` |
+//! | encoder: two counts, and 384 us of delay at 280 deg/s | 0.3 | `LIMIT_MDEG` |
+//! | play of the gears | 1 | `LIMIT_MDEG` |
+//! | a stop within a period from 280 deg/s: half of its travel | 0.6 | `LIMIT_MDEG` |
 //!
-//! The last three are within 1.9 deg together: `LIMIT_MDEG`. A single count that is further off
-//! than `WINDOW_MDEG` is rejected, and does not move the shaft. A drift of `d` above the allowance
-//! `a` is detected after `LIMIT/(d - a)`.
+//! The offset is learned at rest; before, `UNKNOWN_OFFSET_MDEG_S` counts. The last three do not add
+//! up, and are within 1.9 deg together. A single count that is further off than `WINDOW_MDEG` is
+//! rejected, and does not move the shaft. A drift of `d` above the allowance `a` is detected after
+//! `LIMIT/(d - a)`.
 
 use model_core::time::CONTROL_RATE_HZ;
 
@@ -57,8 +58,8 @@ const OFFSET_MDEG_S: i32 = 1_000;
 /// The same before the offset is learned.
 const UNKNOWN_OFFSET_MDEG_S: i32 = 5_000;
 
-/// Time for which the encoder has to rest, with the bridge off, before the offset is learned, ms: two
-/// counts in it are 2.9 deg/s.
+/// Time for which the encoder has to rest, with the bridge off, before the offset is learned, ms:
+/// two counts in it are 2.9 deg/s.
 const RESTING_MS: i32 = 60;
 
 /// Counts within which it rests: noise.
@@ -122,8 +123,8 @@ impl TravelGuard {
     }
 
     /// Takes a count this far from the last valid one, unless the motor has not turned the encoder
-    /// there; returns whether it is valid. Where the motor's travel is not known, it is at most that
-    /// of `greatest_rate_deg_s`.
+    /// there; returns whether it is valid. Where the motor's travel is not known, it is at most
+    /// that of `greatest_rate_deg_s`.
     pub fn accept(&mut self, travelled: i32, greatest_rate_deg_s: i32) -> bool {
         // Within half a turn: 2^26.
         let residual = travelled * COUNT - self.expected;

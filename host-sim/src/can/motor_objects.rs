@@ -79,8 +79,8 @@ const FITTED: [&str; 6] = [
     "coulomb_friction_nm",
 ];
 
-/// The objects of [`of`] for a parameter file, each with whether its fit determines the value. Values
-/// that were given to the fit count as determined: its results hold with them only.
+/// The objects of [`of`] for a parameter file, each with whether its fit determines the value.
+/// Values that were given to the fit count as determined: its results hold with them only.
 ///
 /// # Errors
 /// Those of [`of`] and of the scenario.

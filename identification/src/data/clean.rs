@@ -19,8 +19,8 @@ const LATEST_START_S: f64 = 1e6;
 const MOST_DUTY_PCT: f64 = 102.0;
 /// Change from sample to sample above which an angle has wrapped around.
 const WRAP_DEG: f64 = 270.0;
-/// Distance of a jump from a whole turn, deg, and in the fastest other motion from sample to sample,
-/// within which it is a wrap and not a motion.
+/// Distance of a jump from a whole turn, deg, and in the fastest other motion from sample to
+/// sample, within which it is a wrap and not a motion.
 const NEAR_DEG: f64 = 20.0;
 const NEAR: f64 = 2.0;
 /// Range of an angle that begins again after a turn, with noise at both ends.
@@ -411,7 +411,8 @@ fn unwrap(angle_deg: &mut [f64]) -> Option<(usize, usize)> {
     first.map(|first| (first, times))
 }
 
-/// Whether the values, but for a few bad ones, are those of an angle that begins again after a turn.
+/// Whether the values, but for a few bad ones, are those of an angle that begins again after a
+/// turn.
 fn is_within_a_turn(angle_deg: &[f64]) -> bool {
     let present = angle_deg.iter().copied().filter(|angle| !angle.is_nan());
     let mut sorted: Vec<f64> = present.collect();

@@ -119,7 +119,8 @@ fn named(lines: &Lines, header: Line) -> Table {
     }
 }
 
-/// Whether a line has data: only numbers, or below a header two of them, as beside a column of text.
+/// Whether a line has data: only numbers, or below a header two of them, as beside a column of
+/// text.
 fn is_data(fields: &[String], is_named: bool) -> bool {
     let numbers = fields
         .iter()

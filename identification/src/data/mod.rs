@@ -1,8 +1,9 @@
 //! Imports recordings from files.
 //!
 //! A [`Source`] removes the envelopes of a file and determines its format; a reader for each format
-//! makes a [`Table`] of it; [`Columns`] assigns quantities and units to its columns; cleaning makes a [`Recording`] of it and [`Note`]s, each with its line. A problem that could be
-//! corrected only by guessing is an error with file and line.
+//! makes a [`Table`] of it; [`Columns`] assigns quantities and units to its columns; cleaning makes
+//! a [`Recording`] of it and [`Note`]s, each with its line. A problem that could be corrected only
+//! by guessing is an error with file and line.
 
 mod clean;
 mod clipping;

@@ -52,8 +52,8 @@ fn part(index: u16) -> &'static str {
     }
 }
 
-/// The range of an integer type; `None` for other types and those of 64 bits, which a page's numbers
-/// do not hold.
+/// The range of an integer type; `None` for other types and those of 64 bits, which a page's
+/// numbers do not hold.
 fn limits_of(kind: DataType) -> Option<(String, String)> {
     let (size, is_signed) = names::layout(kind).filter(|(size, _)| *size < 8)?;
     let bits = 8 * size as u32 - u32::from(is_signed);

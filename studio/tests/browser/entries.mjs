@@ -32,7 +32,8 @@ const WATCH = `(() => {
     if (message.id) sent.push(message);
     return send.call(this, text);
   };
-  // Enters texts as a person does, each until its requests are answered; returns what became of them.
+  // Enters texts as a person does, each until its requests are answered; returns what became of
+  // them.
   window.enterAll = async (selector, texts) => {
     const results = [];
     for (const text of texts) {

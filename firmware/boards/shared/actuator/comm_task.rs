@@ -109,9 +109,9 @@ impl CommTask {
         now_us
     }
 
-    /// Processes the next received frame. Process data, which commands the drive at once, is applied
-    /// twice from the same commands, each time read from the queue: if the results differ, a frame
-    /// would act that no master has sent. Returns whether the frame is process data.
+    /// Processes the next received frame. Process data, which commands the drive at once, is
+    /// applied twice from the same commands, each time read from the queue: if the results differ,
+    /// a frame would act that no master has sent. Returns whether the frame is process data.
     fn receive(&mut self, now_us: u64) -> bool {
         let commands = self.device.drive.messages.commands;
         let process_data = self.queues.received.peek().filter(|f| is_process_data(f));

@@ -23,8 +23,8 @@
 /// The list of the handlers, as text in the program.
 macro_rules! handlers {
     ($($interrupt:ident, $task:ident, $priority:literal, $runs:literal;)+) => {
-        /// One line for each handler: interrupt, task, priority, runs in a control period; `#` is the
-        /// number of PWM periods.
+        /// One line for each handler: interrupt, task, priority, runs in a control period; `#` is
+        /// the number of PWM periods.
         const LIST: &str = concat!(
             $(stringify!($interrupt), ",", stringify!($task), ",", $priority, ",", $runs, "\n"),+
         );

@@ -266,7 +266,8 @@ fn of_an_unloaded_motor_only_ratios_are_known() {
                 .map(|(index, power)| value(*index).powf(*power));
             let truth: f64 = powers.product();
             let error = ratio.standard_error.max(ratio.standard_error_coloured);
-            // Far more than the error for noise: the cost of a model with friction has small minima.
+            // Far more than the error for noise: the cost of a model with friction has small
+            // minima.
             assert!(
                 (ratio.value / truth - 1.0).abs() < 0.02,
                 "{seed} {ratio:?} {truth}"
