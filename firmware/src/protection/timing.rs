@@ -11,8 +11,8 @@ use crate::{
 /// Good control periods that make up for a missed one: a second of them.
 const GOOD_PERIODS: u16 = CONTROL_RATE_HZ as u16;
 
-/// Time without a back-EMF of a driven motor. The current of a reversal is above 1.3 A, where a
-/// diode still conducts at the scan, for 20 ms (`docs/hardware.md`).
+/// Time without a back-EMF of a driven motor: five times that of a reversal at the full rate, in
+/// which a diode still conducts at the scan (`docs/hardware.md`).
 const BLIND_MS: i32 = 100;
 
 /// What was missed.

@@ -115,10 +115,8 @@ impl Source {
         };
         match &head[..] {
             [0x1f, 0x8b, ..] => {
-                let mut bytes = Vec::new();
-                let mut inside = GzDecoder::new(&mut self.reader).take(MOST_BYTES);
-                let read = inside.read_to_end(&mut bytes);
-                read.map_err(|error| self.problem(format!("it cannot be unpacked: {error}")))?;
+                let bytes = unpacked(GzDecoder::new(&mut self.reader));
+                let bytes = bytes.map_err(|problem| self.problem(problem))?;
                 self.with(bytes).without_envelopes()
             }
             [b'P', b'K', 3, 4, ..] => {
@@ -194,6 +192,9 @@ fn standard_input() -> io::Result<&'static [u8]> {
     }
     let mut bytes = Vec::new();
     io::stdin().take(MOST_BYTES).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 == MOST_BYTES {
+        return Err(io::Error::other(format!("{MOST_BYTES} bytes or more")));
+    }
     Ok(INPUT.get_or_init(|| bytes))
 }
 
@@ -215,13 +216,18 @@ fn unzipped(bytes: Vec<u8>) -> Result<Vec<u8>, String> {
             "a zip archive with {count} files, expected one: {names}"
         ));
     };
-    let mut unpacked = Vec::new();
-    let mut file = archive
-        .by_name(name)
-        .map_err(|e| damaged(&e))?
-        .take(MOST_BYTES);
-    file.read_to_end(&mut unpacked).map_err(|e| damaged(&e))?;
-    Ok(unpacked)
+    unpacked(archive.by_name(name).map_err(|e| damaged(&e))?)
+}
+
+/// The content of an envelope.
+fn unpacked(envelope: impl Read) -> Result<Vec<u8>, String> {
+    let mut bytes = Vec::new();
+    let read = envelope.take(MOST_BYTES).read_to_end(&mut bytes);
+    read.map_err(|error| format!("it cannot be unpacked: {error}"))?;
+    if bytes.len() as u64 == MOST_BYTES {
+        return Err(format!("it unpacks to {MOST_BYTES} bytes or more"));
+    }
+    Ok(bytes)
 }
 
 /// The format of a content that starts with these bytes.

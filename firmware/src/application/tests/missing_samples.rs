@@ -121,6 +121,17 @@ fn a_shaft_that_was_turned_while_the_encoder_was_away_has_a_new_angle() {
     assert!((outputs.telemetry.angle + angle(160.0)).abs() < angle(0.1));
 }
 
+#[test]
+fn a_back_emf_that_is_never_measured_is_a_lost_measurement_after_100_ms() {
+    let mut board = TestBoard::enabled();
+    // The divider of leg A is open.
+    let cut = |samples: &mut Samples| scan(samples).leg_a = AdcCode::new(0);
+    for _ in 0..24 {
+        assert_eq!(board.step_with(cut).fault, None);
+    }
+    assert_eq!(board.step_with(cut).fault, Some(Fault::MeasurementLost));
+}
+
 /// The rates in each period of the stop, deg/s, of a motor at the full rate whose encoder is lost,
 /// with legs that are connected rightly or the wrong way round.
 fn stop_without_encoder(legs_swapped: bool) -> Vec<f64> {

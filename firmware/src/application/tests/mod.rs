@@ -15,7 +15,9 @@ use core::ops::{Deref, DerefMut};
 
 use model_core::{
     control::{
+        cascade::Coefficients,
         encoder_word::{EncoderCount, EncoderWord, Magnet},
+        parameters::ControlParameters,
         units::{Angle, rate},
     },
     plant::{
@@ -30,6 +32,14 @@ use crate::{
     measure::{MotorConstants, Ripple},
     parameters::ModelSettings,
 };
+
+/// The default parameters with these of the control step.
+fn with_gains(control: ControlParameters) -> BoardParameters {
+    BoardParameters {
+        control: Coefficients::try_new(&control).unwrap(),
+        ..BoardParameters::DEFAULT
+    }
+}
 
 /// A motor that turns as far as it likes.
 fn without_stop() -> FirstOrderParameters {

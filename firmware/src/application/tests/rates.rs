@@ -1,19 +1,12 @@
 //! Rate setpoints, and the estimated rate over missed control periods.
 
 use model_core::control::{
-    cascade::{Coefficients, Setpoint},
+    cascade::Setpoint,
     parameters::ControlParameters,
     units::{Rate, rate},
 };
 
 use super::*;
-
-fn with_gains(control: ControlParameters) -> BoardParameters {
-    BoardParameters {
-        control: Coefficients::try_new(&control).unwrap(),
-        ..BoardParameters::DEFAULT
-    }
-}
 
 fn enabled(parameters: BoardParameters) -> Configured {
     // The samples show no current.

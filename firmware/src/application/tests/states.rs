@@ -1,7 +1,6 @@
 //! Operating states and the ways between them.
 
 use model_core::control::{
-    cascade::Coefficients,
     parameters::ControlParameters,
     units::{Rate, angle, percent, rate},
 };
@@ -244,15 +243,11 @@ fn a_shaft_that_is_turned_away_from_where_a_quick_stop_holds_it_is_driven_back()
 
 #[test]
 fn other_gains_while_the_loop_is_closed_do_not_move_the_duty() {
-    let stiffer = BoardParameters {
-        control: Coefficients::try_new(&ControlParameters {
-            proportional_gain: 3.0,
-            position_gain: 12.0,
-            ..ControlParameters::DEFAULT
-        })
-        .unwrap(),
-        ..BoardParameters::DEFAULT
-    };
+    let stiffer = with_gains(ControlParameters {
+        proportional_gain: 3.0,
+        position_gain: 12.0,
+        ..ControlParameters::DEFAULT
+    });
     let (mut kept, mut retuned) = (TestBoard::enabled(), TestBoard::enabled());
     // A shaft that is held, so that what is measured is the same in both periods.
     let held = |board: &mut TestBoard| {

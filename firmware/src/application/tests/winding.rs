@@ -6,7 +6,7 @@ use model_core::{
 };
 
 use super::*;
-use crate::native;
+use crate::{measure, native};
 
 /// The application in a closed loop with the plant of the emulated board.
 struct Loop {
@@ -77,15 +77,34 @@ fn a_reversal_at_the_full_rate_is_no_fault_of_the_encoder_or_of_the_back_emf() {
     }
 }
 
+#[test]
+fn a_reversal_at_the_full_rate_hides_the_back_emf_for_20_ms() {
+    let mut board = Loop::enabled();
+    board.follow(Angle::from_int(150), 120);
+    let mut hidden = 0;
+    for _ in 0..120 {
+        let scan = native::samples(&board.plant.sampled()).scan.unwrap();
+        hidden += u32::from(measure::back_emf_mv(scan.leg_a, scan.leg_b).is_none());
+        board.follow(Angle::from_int(-150), 1);
+    }
+    assert_eq!(hidden, 5, "control periods");
+}
+
 /// A drive as one finds it, whose back-EMF is this share of that of object 2011h, with a degree of
-/// play, at rest with the bridge off for 0.2 s, and then enabled.
-fn found(seed: u64, constant: f64) -> Loop {
+/// play and a magnet either way, at rest with the bridge off for 0.2 s, and then enabled.
+fn found(seed: u64, constant: f64, is_reversed: bool) -> Loop {
     let mut options = BoardPlantOptions::realistic(seed);
     options.drivetrain.electrical.torque_constant_nm_a *= constant;
     options.drivetrain.gear_train.backlash_deg = 1.0;
+    let direction = if is_reversed { -1.0 } else { 1.0 };
+    options.encoder.magnet_direction = direction;
+    let parameters = with_gains(ControlParameters {
+        encoder_direction: direction,
+        ..ControlParameters::DEFAULT
+    });
     let plant = BoardPlant::try_new(&options).unwrap();
     let mut board = Loop {
-        application: Configured::new(BoardParameters::DEFAULT),
+        application: Configured::new(parameters),
         plant: SampledBoardPlant::new(plant, &mut |_, _| {}),
     };
     for _ in 0..50 {
@@ -103,7 +122,7 @@ fn a_sound_encoder_is_plausible_in_steps_and_ramps_with_a_constant_off_by_30_per
         Fault::EncoderImplausible,
     ]);
     for (seed, constant) in (0..4).flat_map(|seed| [0.7, 1.0, 1.3].map(|k| (seed, k))) {
-        let mut board = found(seed, constant);
+        let mut board = found(seed, constant, seed % 2 == 1);
         let mut chance = Noise::new(seed, 1);
         for _ in 0..40 {
             let target = angle(chance.gaussian(30.0).clamp(-60.0, 60.0));
