@@ -29,9 +29,9 @@ impl MotorConstants {
     /// ```
     /// use firmware::{measure::MotorConstants, parameters::ModelSettings};
     ///
-    /// // 0.00362 N m/A and gears of 320 are 1.158 V per rad/s, 20.2 mV per deg/s.
+    /// // 0.00362 N m/A and gears of 320 are 1.1584 V per rad/s: 5.73 V are 4.9465 rad/s.
     /// let motor = MotorConstants::of(&ModelSettings::DEFAULT);
-    /// assert_eq!(motor.rate_mdeg_s(5730), 283_400 - 62);
+    /// assert_eq!(motor.rate_mdeg_s(5730), 283_411);
     /// ```
     pub fn of(model: &ModelSettings) -> Self {
         let v_s_rad = model.torque_constant_nm_a * model.gear_ratio;
