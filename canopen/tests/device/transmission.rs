@@ -48,6 +48,22 @@ fn an_event_driven_tpdo_is_transmitted_at_start_and_on_each_change() {
 }
 
 #[test]
+fn a_negative_number_does_not_reach_the_object_behind_it() {
+    let mut bench = Bench::new();
+    bench.write(0x1A01, 0, &[0]).expect("not valid");
+    bench.write_u32(0x1A01, 1, 0x6061_0008).expect("mappable");
+    bench.write_u32(0x1A01, 2, 0x6041_0010).expect("mappable");
+    bench.write(0x1A01, 0, &[2]).expect("two objects");
+    bench.write_u32(0x1801, 1, 0x285).expect("valid");
+    bench.device.set(0x6061, -1);
+    bench.device.set(0x6041, 0x0237);
+    bench.send(0, &[1, 5]);
+    let frames = bench.run_ms(10).into_iter().map(|(_, frame)| frame);
+    let own: Vec<_> = frames.filter(|(id, _)| *id == 0x285).collect();
+    assert_eq!(own.first(), Some(&(0x285, vec![0xFF, 0x37, 2])));
+}
+
+#[test]
 fn pdos_are_active_in_operational_only() {
     let mut bench = bench(254, 0, 5);
     assert_eq!(times(&mut bench, 10).len(), 2);

@@ -57,3 +57,34 @@ impl LoopParameters {
         self.motor = MotorConstants::of(&values.model);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        application::{Samples, Start},
+        control_loop::{Commands, ExcitationRequest, Inputs, Loop},
+    };
+    use model_core::control::encoder_word::EncoderWord;
+
+    #[test]
+    fn a_restart_takes_the_parameters_of_the_mailbox() {
+        let before = LoopParameters::of(&StoredParameters::DEFAULT);
+        let (mut commands, excitation) = (Commands::DEFAULT, ExcitationRequest::NONE);
+        let mut control_loop = Loop::new((&commands, &before, &excitation), Start::default());
+        let mut after = LoopParameters {
+            number: 1,
+            ..before
+        };
+        after.board.stall.stall_ms += 100;
+        commands.restart();
+        control_loop.step(&Inputs {
+            samples: &Samples::at_rest(EncoderWord::new(0)),
+            was_late: false,
+            commands: &commands,
+            parameters: &after,
+            excitation: &excitation,
+        });
+        assert_eq!(control_loop.parameters(), &after);
+    }
+}

@@ -43,6 +43,18 @@ mod tests {
     }
 
     #[test]
+    fn a_condition_that_has_held_for_long_ends_at_once() {
+        let mut lasting = Lasting::default();
+        assert!(
+            (0..1000)
+                .map(|_| lasting.update(Some(true), 8))
+                .skip(1)
+                .all(|it| it)
+        );
+        assert!(!lasting.update(Some(false), 8));
+    }
+
+    #[test]
     fn a_condition_that_holds_for_more_than_half_of_the_time_lasts() {
         let until = |pattern: [bool; 4]| {
             let mut lasting = Lasting::default();

@@ -4,7 +4,7 @@ use super::*;
 use crate::parameters::{
     EncoderLimits, StallLimits, SupplyLimits, TemperatureLimits, TimingLimits,
 };
-use crate::{measure::Ripple, parameters::BoardParameters};
+use crate::{measure::Ripple, parameters::BoardParameters, timing::angle_of_mdeg};
 
 /// No measurement at all.
 pub(super) const UNMEASURED: Measured = Measured {
@@ -110,6 +110,24 @@ fn an_encoder_that_turns_against_the_back_emf_is_noticed_after_12_ms() {
         assert_eq!(until_wrong_polarity(-100 * sign, 800 * sign), Some(3));
         assert_eq!(until_wrong_polarity(-100 * sign, 799 * sign), None);
         assert_eq!(until_wrong_polarity(100 * sign, 800 * sign), None);
+    }
+}
+
+#[test]
+fn a_slow_shaft_that_pulls_is_not_stalled() {
+    let mut guard = StallGuard::default();
+    let measured = Measured {
+        travelled: Some(1),
+        current: smooth(StallLimits::DEFAULT.stall_current_ma),
+        ..UNMEASURED
+    };
+    // 20 deg/s: within the way for most of the time.
+    for period in 0..500 {
+        let conditions = Conditions {
+            angle: angle_of_mdeg(80 * period),
+            ..driven(&measured)
+        };
+        assert!(!guard.check(&StallLimits::DEFAULT, &conditions), "{period}");
     }
 }
 

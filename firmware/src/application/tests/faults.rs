@@ -321,3 +321,20 @@ fn what_lasted_before_the_loop_was_closed_does_not_count_towards_a_fault_of_the_
         assert_eq!(board.outputs.fault, Some(fault));
     }
 }
+
+#[test]
+fn the_position_of_an_encoder_that_was_wrong_is_not_kept() {
+    for fault in [Fault::EncoderStuck, Fault::EncoderImplausible] {
+        let mut board = prepared(fault);
+        for since in 1..1000 {
+            if board.outputs.state == BoardState::Fault {
+                break;
+            }
+            board.step_with(|samples| provoke(fault, samples, since));
+        }
+        assert_eq!(board.outputs.fault, Some(fault));
+        assert!(board.application.control.shaft().is_known());
+        board.request(Request::Acknowledge);
+        assert!(!board.application.control.shaft().is_known(), "{fault:?}");
+    }
+}

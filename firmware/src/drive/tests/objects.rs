@@ -2,7 +2,10 @@
 
 use super::*;
 use crate::dictionary::{DICTIONARY, Location, location};
-use crate::parameters::{BoardParameters, CONTROL, ObjectValue, Parameter, tests::ends_of_range};
+use crate::measure::MotorConstants;
+use crate::parameters::{
+    BoardParameters, CONTROL, ModelSettings, ObjectValue, Parameter, tests::ends_of_range,
+};
 use canopen::Abort;
 use canopen::dictionary::{Access, DataType};
 use proptest::prelude::*;
@@ -205,6 +208,18 @@ fn an_excitation_beyond_the_position_limits_is_refused() {
     bench.set(0x2020, 3, 9, 4);
     bench.set(0x2020, 4, 10_000, 4);
     assert_eq!(bench.try_set(0x2020, 1, 1, 1), refused);
+}
+
+#[test]
+fn the_loop_knows_the_motor_of_object_2011h() {
+    for (sub, value) in [(1, 9.0), (2, 0.005), (3, 200.0), (8, 2e-3)] {
+        let mut bench = Bench::new();
+        bench.set_real(0x2011, sub, value);
+        let drive = &bench.actuator.device.drive;
+        let motor = drive.messages.parameters.unverified().motor;
+        assert_eq!(motor, MotorConstants::of(&drive.values.model), "{sub}");
+        assert_ne!(motor, MotorConstants::of(&ModelSettings::DEFAULT), "{sub}");
+    }
 }
 
 #[test]
