@@ -2,12 +2,12 @@
 //!
 //! | from | to | when |
 //! |---|---|---|
-//! | initialising | disabled | encoder, current, supply and temperature were measured |
+//! | initialising | disabled | encoder, current, supply and temperature were measured, and the shaft does not turn |
 //! | initialising | fault | they were not within 200 ms; or the watchdog caused the reset; or the stored parameters are corrupt |
 //! | disabled | enabled | [`Request::Enable`], and no fault is present |
 //! | enabled | disabled | [`Request::Disable`] |
 //! | enabled | quick stop | [`Request::QuickStop`] |
-//! | quick stop | disabled | the shaft is at rest and is not to be held; `quick_stop_ms` has elapsed; [`Request::Disable`] |
+//! | quick stop | disabled | the shaft is at rest and is not to be held; [`Request::Disable`] |
 //! | quick stop | enabled | [`Request::Enable`] |
 //! | enabled, quick stop | fault reaction | a fault whose reaction is a quick stop |
 //! | enabled, quick stop, fault reaction | fault reaction | a fault whose reaction is a stop by the back-EMF, and after which the motor may brake |
@@ -23,7 +23,7 @@
 //! Order of a control period: measure, validate the encoder's word, observe, select the setpoint,
 //! protect, change the state, regulate, make the compare value of the duty.
 
-mod back_emf_stop;
+mod back_emf_brake;
 mod requests;
 mod stop_progress;
 mod stopping;
@@ -31,6 +31,7 @@ mod stopping;
 use model_core::control::{
     cascade::{CascadeState, CascadeStep, Setpoint},
     pwm_timer::{Modulator, PwmCompare},
+    units::Percent,
 };
 
 pub use crate::interface::{
@@ -40,15 +41,11 @@ pub use crate::interface::{
 
 pub(crate) use self::requests::may_retune;
 
-use self::{
-    back_emf_stop::{BackEmfStop, Voltages},
-    stop_progress::StopProgress,
-    stopping::Stopping,
-};
+use self::{back_emf_brake::BackEmfBrake, stop_progress::StopProgress, stopping::Stopping};
 use crate::{
     command::SetpointSource,
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, PERMANENT, Reaction},
-    parameters::BoardParameters,
+    parameters::{BoardParameters, StopSettings},
     protection::{Conditions, Measured, Protection},
     timing::periods,
     velocity::VelocityTracker,
@@ -64,6 +61,9 @@ const POSITION_LOST: FaultSet =
 
 /// After these faults the position is not what the encoder shows.
 const POSITION_WRONG: FaultSet = FaultSet::of(&[Fault::EncoderStuck, Fault::EncoderImplausible]);
+
+/// A reset by the pin, the supply or a request brakes where one by the watchdog does.
+const AFTER_A_RESET: FaultSet = FaultSet::of(&[Fault::WatchdogReset]);
 
 /// Circumstances of the reset that are relevant to the application.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -111,7 +111,8 @@ pub struct Application {
     protection: Protection,
     stopping: Stopping,
     /// The stop without an encoder, in [`BoardState::FaultReaction`].
-    back_emf_stop: Option<BackEmfStop>,
+    back_emf_stop: Option<StopProgress>,
+    back_emf_brake: BackEmfBrake,
     log: FaultLog,
     start: FaultSet,
     is_late: bool,
@@ -143,6 +144,7 @@ impl Application {
             protection: Protection::new(),
             stopping: Stopping::default(),
             back_emf_stop: None,
+            back_emf_brake: BackEmfBrake::default(),
             log: FaultLog::default(),
             start: start.faults(),
             is_late: false,
@@ -188,6 +190,14 @@ impl Application {
     /// The source that is in force when no excitation runs.
     pub fn selected_source(&self) -> CommandSource {
         self.setpoints.selected()
+    }
+
+    /// Whether the motor is not driven, or holds the shaft at the end of a quick stop.
+    pub(crate) fn has_stopped(&self, settings: &StopSettings) -> bool {
+        match self.state {
+            BoardState::QuickStop => self.stopping.is_over(settings),
+            state => !state.is_driving(),
+        }
     }
 
     /// One control period.
@@ -275,14 +285,25 @@ impl Application {
         let present = present.or(self.start.and(PERMANENT));
         self.outputs.telemetry.present = present;
         match self.state {
-            BoardState::Initialising => self.initialise(parameters, present),
+            BoardState::Initialising => {
+                let turns = (measured.back_emf_mv).is_some_and(|mv| !back_emf_brake::stands(mv));
+                self.initialise(parameters, present, turns);
+            }
             _ => self.react(parameters, present),
         }
     }
 
-    fn initialise(&mut self, parameters: &BoardParameters, present: FaultSet) {
+    /// Ends the initialisation when everything is measured and the shaft does not turn, or a fault
+    /// of the start is to be latched.
+    fn initialise(&mut self, parameters: &BoardParameters, present: FaultSet, turns: bool) {
         let is_measured = self.control.shaft().is_known() && self.protection.is_complete();
-        if !is_measured && self.outputs.telemetry.tick < INITIALISING_PERIODS {
+        let is_early = self.outputs.telemetry.tick < INITIALISING_PERIODS;
+        let is_waiting = if is_measured {
+            turns && self.start.is_empty()
+        } else {
+            is_early
+        };
+        if is_waiting {
             return;
         }
         let mut faults = self.start;
@@ -340,8 +361,7 @@ impl Application {
             BoardState::Enabled => StopProgress::default(),
             _ => self.stopping.progress(),
         };
-        let stop = self.back_emf_stop.unwrap_or(BackEmfStop::after(progress));
-        self.back_emf_stop = Some(stop);
+        self.back_emf_stop = self.back_emf_stop.or(Some(progress.continued()));
         self.setpoints.stop();
     }
 
@@ -351,12 +371,17 @@ impl Application {
         let is_valid = measured.count.is_some();
         match self.state {
             BoardState::FaultReaction if self.back_emf_stop.is_some() => {
+                self.stop_without_encoder(parameters, measured.back_emf_mv);
                 self.oppose_back_emf(settings, measured.back_emf_mv);
             }
             BoardState::QuickStop | BoardState::FaultReaction => {
                 self.decelerate(parameters, is_valid)
             }
             BoardState::Enabled if is_valid => {
+                if let Some(back_emf_mv) = measured.back_emf_mv {
+                    self.back_emf_brake
+                        .observe(self.last_step.duty, back_emf_mv);
+                }
                 let step = self.control.regulate(&parameters.control, setpoint);
                 self.apply(step);
             }
@@ -367,27 +392,30 @@ impl Application {
             self.back_emf_stop = None;
             self.last_step = CascadeStep::default();
             self.compare = PwmCompare::default();
+            if self.brakes(parameters) {
+                self.oppose_back_emf(settings, measured.back_emf_mv);
+            }
         }
     }
 
     /// One period of a stop by the back-EMF, and its end.
-    fn oppose_back_emf(&mut self, settings: Settings<'_>, back_emf_mv: Option<i32>) {
-        let Some(mut stop) = self.back_emf_stop else {
-            return;
-        };
-        let p = settings.board;
-        let voltages = Voltages {
-            back_emf_mv,
-            supply_mv: self.outputs.telemetry.supply_mv,
-        };
-        let duty = stop.next(&p.current, &settings.motor.ripple, voltages);
-        let duty = duty.limited(p.control.duty_limit());
-        if stop.is_over(&p.stop) {
-            self.state = BoardState::Fault;
+    fn stop_without_encoder(&mut self, parameters: &BoardParameters, back_emf_mv: Option<i32>) {
+        if let Some(progress) = &mut self.back_emf_stop {
+            progress.next(back_emf_mv.map(back_emf_brake::stands));
+            if progress.is_over(&parameters.stop) {
+                self.state = BoardState::Fault;
+            }
         }
-        self.back_emf_stop = Some(stop);
+    }
+
+    /// A duty that opposes the back-EMF. Where it is not measured the duty is zero, which shorts the
+    /// motor.
+    fn oppose_back_emf(&mut self, settings: Settings<'_>, back_emf_mv: Option<i32>) {
+        let p = settings.board;
+        let voltages = (back_emf_mv.unwrap_or(0), self.outputs.telemetry.supply_mv);
+        let duty = (self.back_emf_brake).opposing(&p.current, &settings.motor.ripple, voltages);
         self.apply(CascadeStep {
-            duty,
+            duty: duty.limited(p.control.duty_limit()),
             ..CascadeStep::default()
         });
     }
@@ -399,24 +427,28 @@ impl Application {
             control: gains,
             ..
         } = parameters;
-        let may_hold = self.state == BoardState::QuickStop && settings.quick_stop_hold == 1;
-        let step = match self.stopping.holds_at().filter(|_| may_hold) {
-            Some(angle) => is_valid.then(|| self.control.regulate(gains, angle)),
-            None => {
-                let command = self.stopping.next(settings, self.control.rate());
-                let step = is_valid.then(|| self.control.decelerate(gains, command));
-                if self.stopping.is_over(settings) {
-                    match self.state {
-                        _ if may_hold => self.stopping.hold(self.control.angle()),
-                        BoardState::QuickStop => self.state = BoardState::Disabled,
-                        _ => self.state = BoardState::Fault,
-                    }
-                }
-                step
+        let rate = self.control.rate();
+        let command = self.stopping.next(settings, rate);
+        if is_valid && self.stopping.arrives(rate) {
+            self.stopping.hold(self.control.angle());
+            if self.stopping.began_in_motion() {
+                self.control.start_from(Percent::ZERO);
             }
-        };
-        if let Some(step) = step {
+        }
+        let held = self.stopping.holds_at();
+        if is_valid {
+            let step = match held {
+                Some(angle) => self.control.regulate(gains, angle),
+                None => self.control.decelerate(gains, command),
+            };
             self.apply(step);
+        }
+        match self.state {
+            BoardState::QuickStop if !self.stopping.is_over(settings) => {}
+            BoardState::QuickStop if settings.quick_stop_hold == 1 => {}
+            BoardState::QuickStop => self.state = BoardState::Disabled,
+            _ if self.stopping.is_late(settings) => self.state = BoardState::Fault,
+            _ => {}
         }
     }
 
@@ -426,24 +458,30 @@ impl Application {
         self.compare = self.modulator.next(step.duty);
     }
 
-    /// The command to the bridge. In [`BoardState::Fault`] the motor brakes, which limits the
-    /// travel of the shaft, unless one of the faults excludes it or the braking current is too
-    /// large; also while the board initialises after a fault that has reset it in motion.
-    fn bridge(&self, parameters: &BoardParameters) -> Bridge {
-        if self.state.is_driving() {
-            return Bridge::Driven(self.compare);
-        }
+    /// Whether the motor brakes while the loop is open, which limits the travel of the shaft: in
+    /// [`BoardState::Fault`], unless one of the faults excludes it or the current is too large, and
+    /// after a reset, which may have come in motion.
+    fn brakes(&self, parameters: &BoardParameters) -> bool {
         let faults = match self.state {
+            BoardState::Initialising if self.start.is_empty() => AFTER_A_RESET,
             BoardState::Initialising => self.start,
             BoardState::Fault => self.log.latched(),
             _ => FaultSet::EMPTY,
         };
         let is_unsafe = self.outputs.telemetry.present.contains(Fault::OverCurrent);
         let braking = parameters.braking_faults();
-        if !faults.is_empty() && faults.without(braking).is_empty() && !is_unsafe {
-            Bridge::Brake
-        } else {
-            Bridge::Coast
+        !faults.is_empty() && faults.without(braking).is_empty() && !is_unsafe
+    }
+
+    /// The command to the bridge.
+    fn bridge(&self, parameters: &BoardParameters) -> Bridge {
+        if self.state.is_driving() {
+            return Bridge::Driven(self.compare);
+        }
+        match self.brakes(parameters) {
+            true if self.compare == PwmCompare::default() => Bridge::Brake,
+            true => Bridge::Driven(self.compare),
+            false => Bridge::Coast,
         }
     }
 

@@ -186,9 +186,10 @@ fn an_nmt_reset_boots_again_with_the_power_off() {
         .filter(|sent| sent.frame == standard(0x701, &[0]))
         .collect();
     assert_eq!(boots.len(), 2, "{boots:?}");
-    let after = boots[1].at_ns + 8_000_000;
+    // The shaft is brought to rest first.
+    let after = boots[1].at_ns + 200_000_000;
     let rows = finished.trace.rows.iter().filter(|row| row.at_ns > after);
-    assert!(rows.clone().count() > 500);
+    assert!(rows.clone().count() > 300);
     assert!(rows.into_iter().all(|row| row.bridge == Bridge::Coast));
     assert!(finished.resets.is_empty(), "the processor is not reset");
 }

@@ -170,10 +170,17 @@ const CASES: [Case; 21] = [
     case(Reported::ProgramCorrupt, || at(program_flip()), 0),
 ];
 
-/// Instant from which the motor is no longer driven, ms.
+/// Whether the motor coasts, is shorted or is driven against its motion.
+fn is_braked(row: &Row) -> bool {
+    match row.bridge {
+        Bridge::Coast | Bridge::Brake => true,
+        Bridge::Driven { is_positive, .. } => is_positive == (row.rate_deg_s < 0.0),
+    }
+}
+
+/// Instant from which the motor is no longer driven but braked, ms.
 fn safe_from_ms(rows: &[Row]) -> u64 {
-    let is_driven = |row: &&Row| matches!(row.bridge, Bridge::Driven { .. });
-    let last_on = rows.iter().rev().find(is_driven);
+    let last_on = rows.iter().rev().find(|row| !is_braked(row));
     last_on.map_or(0, |row| row.at_ns / 1_000_000)
 }
 

@@ -109,8 +109,9 @@ fn travel(
     }
 }
 
-/// Current of a stop by the back-EMF over that of the shorted motor: 1.75, less the window in which
-/// the back-EMF is measured, 175 us in 4 ms.
+/// Least current of the brake over that of the shorted motor: a duty of -75 % against at most the
+/// supply adds three quarters of it; less the window in which the back-EMF is measured, 175 us in 4
+/// ms.
 const OPPOSED: f64 = 1.75 * (1.0 - 0.175 / 4.0);
 
 /// The way of a shaft at the full rate until its reaction begins, and then against `current` times

@@ -114,6 +114,8 @@ pub struct Axis {
     /// The axis decelerates to standstill.
     is_stopping: bool,
     stop_timer: HoldTimer,
+    /// The sign of the velocity of a motor that a stop decelerates.
+    stop_direction: i32,
     /// The stop has lasted its time.
     is_stop_over: bool,
     /// The motor has been at or below the velocity threshold for its time.
@@ -190,9 +192,12 @@ impl Axis {
                 // A profile resumes after a halt; the targets of a cyclic mode have moved on.
                 self.has_target &= !input.mode.is_cyclic();
                 if !was_stopping {
-                    self.start_stop(input);
+                    self.start_stop(input, parameters);
                 }
                 self.decelerate(how, parameters);
+                if input.mode.is_position() {
+                    self.wait_for_motor(input, parameters);
+                }
                 ModeResult {
                     target: self.ramp.position(),
                     ..ModeResult::default()
@@ -215,7 +220,15 @@ impl Axis {
 
     /// Begins a stop. A motor that does not follow the demand, as after a step of the target of a
     /// cyclic mode, decelerates from its actual velocity: the demand may be at rest already.
-    fn start_stop(&mut self, input: &Input) {
+    fn start_stop(&mut self, input: &Input, parameters: &Parameters) {
+        let ahead = (self.ramp.position()).saturating_sub(input.position_actual);
+        // The measured velocity lags behind: a motion that has just begun goes to the demand.
+        let moves = input.velocity_actual.unsigned_abs() > parameters.velocity_threshold;
+        self.stop_direction = if moves {
+            input.velocity_actual.signum()
+        } else {
+            ahead.signum()
+        };
         let (demand, actual) = (self.ramp.velocity(), input.velocity_actual);
         // A motor that follows lags behind in position, and its velocity differs by less than half.
         let follows = actual.abs_diff(demand) <= demand.unsigned_abs() / 2;
@@ -228,6 +241,21 @@ impl Axis {
             self.ramp.position()
         };
         self.ramp = Ramp::moving(position, actual);
+    }
+
+    /// A motor that decelerates more slowly than the demand does not return to it: the demand ends
+    /// where the motor has come to rest.
+    fn wait_for_motor(&mut self, input: &Input, parameters: &Parameters) {
+        let rests = self.is_stop_over && self.is_slow;
+        let moves = input.velocity_actual.unsigned_abs() > parameters.velocity_threshold;
+        if rests || moves && input.velocity_actual.signum() == -self.stop_direction {
+            self.stop_direction = 0;
+        }
+        let position = i64::from(self.ramp.position());
+        let beyond = i64::from(input.position_actual) - position;
+        if beyond * i64::from(self.stop_direction) > 0 {
+            self.ramp.set_position(input.position_actual);
+        }
     }
 
     /// With the power stage off the position demand follows the actual position.

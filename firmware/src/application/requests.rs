@@ -2,7 +2,9 @@
 
 use model_core::control::cascade::CascadeStep;
 
-use super::{Application, BoardState, POSITION_WRONG, Refused, Request, stopping::Stopping};
+use super::{
+    Application, BoardState, POSITION_WRONG, Refused, Request, back_emf_brake, stopping::Stopping,
+};
 use crate::{
     command::excitation::{Run, Sample},
     faults::{Fault, PERMANENT},
@@ -157,9 +159,14 @@ impl Application {
         };
     }
 
-    /// Starts to decelerate the shaft.
+    /// Starts to decelerate the shaft, with the duty of its back-EMF: no current flows.
     pub(super) fn stop(&mut self, state: BoardState) {
         self.stopping = Stopping::from(self.control.rate());
+        let t = &self.outputs.telemetry;
+        if self.stopping.began_in_motion() {
+            self.control
+                .start_from(back_emf_brake::duty_of(t.back_emf_mv, t.supply_mv));
+        }
         self.setpoints.stop();
         self.state = state;
     }

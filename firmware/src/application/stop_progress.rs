@@ -32,6 +32,11 @@ impl StopProgress {
         }
     }
 
+    /// Whether it has lasted for as long as the shaft has to stand.
+    pub fn has_settled(&self) -> bool {
+        self.periods >= u16::from(STANDING_PERIODS)
+    }
+
     /// Whether the stop has ended.
     pub fn is_over(&self, settings: &StopSettings) -> bool {
         self.standing >= STANDING_PERIODS || self.periods >= periods(settings.quick_stop_ms)

@@ -134,8 +134,8 @@ impl Loop {
         self.outputs()
     }
 
-    /// Restarts, or takes a new set of parameters in the first control period whose state permits
-    /// its changes.
+    /// Restarts once the shaft has been stopped, or takes a new set of parameters in the first
+    /// control period whose state permits its changes.
     fn take_messages(&mut self, inputs: &Inputs<'_>) {
         let Inputs {
             commands,
@@ -143,9 +143,15 @@ impl Loop {
             excitation,
             ..
         } = *inputs;
-        if commands.restarts != self.state.taken.restarts {
-            self.parameters = *parameters;
-            self.state = State::new((commands, parameters, excitation), self.state.start);
+        if self.state.is_restarting(commands) {
+            if self
+                .state
+                .application
+                .has_stopped(&self.parameters.board.stop)
+            {
+                self.parameters = *parameters;
+                self.state = State::new((commands, parameters, excitation), self.state.start);
+            }
             return;
         }
         if parameters.number != self.state.taken.parameters && self.apply(parameters) {
@@ -194,9 +200,12 @@ impl State {
         }
     }
 
+    /// Whether a restart is requested: until the shaft is at rest, nothing else is taken.
+    fn is_restarting(&self, commands: &Commands) -> bool {
+        commands.restarts != self.taken.restarts
+    }
+
     fn control_period(&mut self, parameters: &LoopParameters, inputs: &Inputs<'_>) {
-        self.take_requests(inputs.commands);
-        let (is_new_position, is_new_velocity) = self.take_command(inputs.commands);
         self.pulse_age = match inputs.samples.servo_pulse_us {
             Some(_) => 0,
             None => self.pulse_age.saturating_add(1),
@@ -204,9 +213,17 @@ impl State {
         if inputs.was_late {
             self.application.was_late();
         }
-        self.acknowledge();
-        let demand = self.step_axis(parameters, is_new_position, is_new_velocity);
-        self.apply_demand(&parameters.axis, &demand);
+        if self.is_restarting(inputs.commands) {
+            // Refused where the shaft decelerates already.
+            let _ = self.application.request(Request::QuickStop);
+            self.motion = Motion::default();
+        } else {
+            self.take_requests(inputs.commands);
+            let (is_new_position, is_new_velocity) = self.take_command(inputs.commands);
+            self.acknowledge();
+            let demand = self.step_axis(parameters, is_new_position, is_new_velocity);
+            self.apply_demand(&parameters.axis, &demand);
+        }
         let settings = parameters.settings();
         self.application.control_period(settings, inputs.samples);
         self.taken.sample_due = self.application.sample_due();

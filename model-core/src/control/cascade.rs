@@ -299,6 +299,11 @@ impl CascadeState {
         }
     }
 
+    /// Restarts the regulator with this duty, from which the slew limit and the integrator continue.
+    pub fn start_from(&mut self, duty: Percent) {
+        self.regulator = RateLoopState::of(duty, duty);
+    }
+
     /// Resets the regulator while the bridge is off: the integrator is emptied, angle and rate
     /// stay.
     pub fn release(&mut self) {

@@ -125,8 +125,8 @@ fn every_fault_is_latched_and_safe_within_its_times() {
             }
             if outputs.state == BoardState::Fault {
                 let coasts = matches!(fault, Fault::OverCurrent | Fault::BridgeTripped);
-                let off = if coasts { Bridge::Coast } else { Bridge::Brake };
-                assert_eq!(outputs.bridge, off, "{}", row.name);
+                assert_eq!(coasts, outputs.bridge == Bridge::Coast, "{}", row.name);
+                assert_ne!(coasts, is_braked(&outputs), "{}", row.name);
                 safe = Some(ms + 1);
                 break;
             }
@@ -225,37 +225,27 @@ fn a_fault_that_stops_the_shaft_by_the_ramp_leaves_a_quick_stop_on_its_ramp() {
     assert!(board.outputs.telemetry.rate.abs() < rate(5.0));
 }
 
-/// The periods of the reaction to an over-temperature two periods after a quick stop has ended by
-/// its time limit of 100 ms, 25 periods, and holds the shaft, which still turns. The encoder is
-/// lost after so many periods of the reaction.
-fn reaction_after_a_hold(encoder_periods: usize) -> usize {
+#[test]
+fn a_quick_stop_outlasts_its_time_until_the_shaft_rests_and_a_fault_does_not() {
     let mut board = TestBoard::turning();
     let stop = &mut board.application.parameters.stop;
-    stop.quick_stop_hold = 1;
     stop.quick_stop_ms = 100;
     stop.quick_stop_deceleration_deg_s2 = 500;
-    for since in 0..periods_until(Fault::OverTemperature) - 28 {
-        board.step_with(|samples| provoke(Fault::OverTemperature, samples, since));
+    // The fault comes 80 periods after the stop has begun, before the ramp has ended.
+    let hot = periods_until(Fault::OverTemperature);
+    for since in 0..hot {
+        if since == hot - 80 {
+            board.request(Request::QuickStop);
+        }
+        let outputs = board.step_with(|samples| provoke(Fault::OverTemperature, samples, since));
+        assert_eq!(
+            outputs.state == BoardState::QuickStop,
+            (hot - 80..hot - 1).contains(&since)
+        );
     }
-    board.request(Request::QuickStop);
-    let mut states = Vec::new();
-    while board.outputs.state != BoardState::Fault {
-        let is_lost = states.len() > 27 + encoder_periods;
-        let outputs = board.step_with(|samples| {
-            provoke(Fault::OverTemperature, samples, 0);
-            samples.encoder = samples.encoder.filter(|_| !is_lost);
-        });
-        states.push(outputs.state);
-    }
-    let (stop, reaction) = states.split_at(27);
-    assert!(stop.iter().all(|state| *state == BoardState::QuickStop));
-    reaction.len()
-}
-
-#[test]
-fn a_fault_reaction_after_a_quick_stop_that_holds_has_its_whole_time_and_no_more() {
-    assert_eq!(reaction_after_a_hold(100), 25);
-    assert_eq!(reaction_after_a_hold(12), 25);
+    assert_eq!(board.outputs.fault, Some(Fault::OverTemperature));
+    assert_eq!(board.outputs.state, BoardState::Fault);
+    assert!(is_braked(&board.outputs));
 }
 
 #[test]

@@ -76,6 +76,15 @@ fn turn(samples: &mut Samples, rate_deg_s: f64) {
     scan.leg_b = leg_code((5.998 - back_emf_v) / 2.0);
 }
 
+/// Whether the motor is shorted, or driven against its back-EMF.
+fn is_braked(outputs: &Outputs) -> bool {
+    match outputs.bridge {
+        Bridge::Coast => false,
+        Bridge::Brake => true,
+        Bridge::Driven(compare) => (compare.get() > 0) == (outputs.telemetry.back_emf_mv < 0),
+    }
+}
+
 /// A motor with its encoder.
 pub(crate) struct Motor {
     plant: FirstOrder,

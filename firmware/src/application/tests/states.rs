@@ -117,7 +117,25 @@ fn after_a_reset_in_motion_the_motor_brakes_while_the_board_initialises() {
         ..Start::default()
     };
     assert_eq!(first(watchdog), Bridge::Brake);
-    assert_eq!(first(Start::default()), Bridge::Coast);
+    assert_eq!(first(Start::default()), Bridge::Brake);
+}
+
+#[test]
+fn after_a_reset_in_motion_the_board_initialises_until_the_shaft_rests() {
+    let mut motor = Motor::new();
+    let mut before = TestBoard::turning();
+    core::mem::swap(&mut motor, &mut before.motor);
+    let mut board = Configured::new(BoardParameters::DEFAULT);
+    loop {
+        let outputs = board.control_period(&motor.samples());
+        if outputs.state != BoardState::Initialising {
+            break;
+        }
+        assert!(is_braked(&outputs));
+        motor.turn(&outputs);
+    }
+    assert_eq!(board.state(), BoardState::Disabled);
+    assert!(motor.plant.at(20).rate_deg_s < 5.0);
 }
 
 #[test]
@@ -179,7 +197,7 @@ fn a_quick_stop_brings_the_shaft_to_rest_by_the_ramp_and_goes_off() {
         periods += 1;
         // 2000 deg/s^2 are 8 deg/s a period.
         let ramp = (before.rate - Rate::from_int(8 * periods)).max(Rate::ZERO);
-        if outputs.state == BoardState::QuickStop {
+        if ramp > Rate::ZERO {
             assert_eq!(outputs.telemetry.rate_command, ramp, "{periods}");
         }
     }
@@ -198,8 +216,9 @@ fn a_quick_stop_starts_without_a_jump_of_the_duty() {
     let before = board.outputs.telemetry.duty;
     board.request(Request::QuickStop);
     let after = board.step().telemetry.duty;
-    // 8 deg/s less at 1.32 %/(deg/s), and what the integrator makes of it.
-    assert!((after - before).abs() < percent(15.0), "{before} {after}");
+    // From 100 % to the 95.5 % of the back-EMF; 8 deg/s less at 1.32 %/(deg/s), and what the
+    // integrator makes of it.
+    assert!((after - before).abs() < percent(16.0), "{before} {after}");
 }
 
 #[test]

@@ -1,0 +1,144 @@
+//! A brake that needs no encoder: the duty opposes the back-EMF.
+//!
+//! With the supply `V`, the resistance `R` and the back-EMF `e` the mean current is
+//!
+//! ```text
+//! duty = -k e/V
+//! i    = (duty V - e)/R = -(1 + k) e/R
+//! ```
+//!
+//! so the torque is `1 + k = 5` times that of the shorted motor. A shaft that turns decelerates with
+//! the mechanical time constant over `1 + k`, 0.132 s/5 = 26 ms, and a load lowers at a fifth of the
+//! rate: 0.8 N m at 53 deg/s, where it turns the shorted motor at 265 deg/s. The duty is in force
+//! from 1 to 5 ms after the back-EMF was measured: on average 3 ms, a phase of 4 3/132 rad at the
+//! crossover.
+//!
+//! The duty stays below [`GREATEST_PCT`]: the winding's current, L/R = 0.13 ms, then decays to that
+//! of the shorted motor before the window in which the back-EMF is measured, where a larger one
+//! would hide it.
+//!
+//! With dividers that are exchanged the back-EMF has the wrong sign, and the brake accelerates the
+//! shaft. Until the motor has been driven and its back-EMF had the sign of the duty, the motor is
+//! shorted instead.
+
+use model_core::control::units::Percent;
+
+use crate::{measure::Ripple, parameters::CurrentLimits};
+
+/// `k`.
+const OPPOSING: i32 = 4;
+
+/// Greatest duty, %: its on time ends 50 us before the window, which begins after 80 % of the last
+/// PWM period.
+const GREATEST_PCT: i32 = 75;
+
+/// The shaft stands below this back-EMF: 5 deg/s at 20 mV per deg/s.
+const STANDING_MV: i32 = 100;
+
+/// The sign of the back-EMF counts from here: 40 deg/s.
+const COUNTED_MV: i32 = 800;
+
+/// Control periods, 12 ms, in which the sign of the back-EMF was that of the duty.
+const KNOWN: i8 = 3;
+
+/// Whether the shaft stands, by its back-EMF.
+pub(super) const fn stands(back_emf_mv: i32) -> bool {
+    back_emf_mv.abs() < STANDING_MV
+}
+
+/// The duty whose mean voltage is this one, in steps of 2^-8 %, limited to 100 %.
+pub(super) fn duty_of(mean_mv: i32, supply_mv: i32) -> Percent {
+    // The legs are measured up to 16.5 V: 4 * 16,500 * 100 * 256 < 2^31.
+    let steps = mean_mv * (100 << 8) / supply_mv.max(1);
+    let full = 100 << 8;
+    Percent::from_bits(i64::from(steps.max(-full).min(full)) << 24)
+}
+
+/// What is known of the back-EMF's sign.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct BackEmfBrake {
+    /// Periods with the sign of the duty less those with the other one, until they are
+    /// [`KNOWN`] more or less. A motor is driven before it is decelerated.
+    agreed: i8,
+}
+
+impl BackEmfBrake {
+    /// Takes the back-EMF of a motor that is driven with this duty.
+    pub fn observe(&mut self, duty: Percent, back_emf_mv: i32) {
+        let counts = duty != Percent::ZERO && back_emf_mv.abs() >= COUNTED_MV;
+        if counts && self.agreed.abs() < KNOWN {
+            let agrees = (duty > Percent::ZERO) == (back_emf_mv > 0);
+            self.agreed += if agrees { 1 } else { -1 };
+        }
+    }
+
+    /// The duty that opposes this back-EMF at this supply; zero, which shorts the motor, where the
+    /// shaft stands, the sign is not known, or the current of the on time would be too large.
+    pub fn opposing(
+        self,
+        limits: &CurrentLimits,
+        ripple: &Ripple,
+        (back_emf_mv, supply_mv): (i32, i32),
+    ) -> Percent {
+        // In the on time the current reaches (V + |e|)/R. Above the limit the bridge would trip,
+        // and the shaft would coast: 5 % are left for the error of supply and resistance.
+        let peak_ma = ripple.of_back_emf_ma(supply_mv + back_emf_mv.abs());
+        let is_too_large = peak_ma > limits.over_current_ma - limits.over_current_ma / 20;
+        if stands(back_emf_mv) || self.agreed != KNOWN || is_too_large {
+            return Percent::ZERO;
+        }
+        duty_of(-OPPOSING * back_emf_mv, supply_mv).limited(Percent::from_int(GREATEST_PCT))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::control::units::percent;
+
+    use super::*;
+
+    /// The brake of a motor of 7.7 ohm that was driven with a back-EMF of this sign.
+    fn duty(sign: i32, (back_emf_mv, supply_mv): (i32, i32)) -> Percent {
+        let mut brake = BackEmfBrake::default();
+        for _ in 0..3 {
+            brake.observe(percent(30.0), 800 * sign);
+        }
+        // What comes later does not count: a motor that is decelerated.
+        for _ in 0..10 {
+            brake.observe(percent(-30.0), 800 * sign);
+        }
+        let voltages = (back_emf_mv, supply_mv);
+        brake.opposing(&CurrentLimits::DEFAULT, &Ripple::of(7.7, 1e-3), voltages)
+    }
+
+    #[test]
+    fn the_duty_is_four_times_the_share_of_the_back_emf_and_opposes_it() {
+        for (back_emf_mv, duty_pct) in [(900, -60.0), (-300, 20.0), (99, 0.0), (4000, -75.0)] {
+            assert_eq!(duty(1, (back_emf_mv, 6000)), percent(duty_pct));
+        }
+    }
+
+    #[test]
+    fn the_motor_is_shorted_until_it_was_driven_with_a_back_emf_of_the_right_sign() {
+        for sign in [-1, 0] {
+            assert_eq!(duty(sign, (900, 6000)), Percent::ZERO);
+        }
+    }
+
+    #[test]
+    fn the_motor_is_shorted_where_the_current_of_the_on_time_would_be_too_large() {
+        // (6 V + e)/7.7 ohm is 95 % of 1.6 A, 1520 mA, at e = 5.704 V, and a mA more at 5.712 V.
+        assert!(duty(1, (5704, 6000)) < Percent::ZERO);
+        assert_eq!(duty(1, (5712, 6000)), Percent::ZERO);
+        assert_eq!(duty(1, (-5712, 6000)), Percent::ZERO);
+    }
+
+    #[test]
+    fn no_measurement_gives_a_duty_beyond_its_range() {
+        for back_emf_mv in [-16_500, -1, 0, 1, 16_500] {
+            for supply_mv in [-20, 0, 1, 6000, 16_500] {
+                assert!(duty(1, (back_emf_mv, supply_mv)).abs() <= percent(75.0));
+            }
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! Loads that pull at the shaft when a fault ends its drive: none runs away.
+
+use board_tests::frames::faults;
+use board_tests::master::driven;
+use board_tests::program::run_master;
+use virtual_board::faults::{Fault, Planned};
+use virtual_board::plant::{BoardPlantOptions, EncoderWire, Stuck};
+use virtual_board::run::Options;
+
+/// The shaft rests at the target, and the load begins to pull; then the fault.
+const LOADED_MS: u64 = 1_500;
+const FROM_MS: u64 = 2_500;
+const UNTIL_MS: u64 = 6_000;
+
+/// Target, mdeg.
+const TARGET_MDEG: i32 = 20_000;
+
+/// Greatest rate of a shaft that a load turns, deg/s.
+const RUNAWAY_DEG_S: f64 = 60.0;
+
+/// Resistance, ohm, and torque per current at the shaft, N m/A, which is the back-EMF per rate, V
+/// per rad/s.
+const MOTOR_OHM: f64 = 7.7;
+const MOTOR_NM_A: f64 = 1.1584;
+
+/// Greatest mean voltage of the brake, at its greatest duty, over the supply.
+const GREATEST_DUTY: f64 = 0.75 * 0.95;
+
+/// The rate that the supply permits to oppose: `-e = i R - duty V`.
+fn permitted_deg_s(fault: Option<&Fault>, nm: f64) -> f64 {
+    let current_a = nm / MOTOR_NM_A;
+    let supply_v = match fault {
+        Some(Fault::Supply { volts }) => *volts,
+        _ => 6.0,
+    };
+    let back_emf_v = current_a * MOTOR_OHM - GREATEST_DUTY * supply_v;
+    (back_emf_v / MOTOR_NM_A).to_degrees().max(RUNAWAY_DEG_S)
+}
+
+/// From this angle on the shaft is at its stop, and rebounds.
+const STOP_DEG: f64 = 170.0;
+
+struct Case {
+    name: &'static str,
+    fault: Option<Fault>,
+}
+
+fn cases() -> Vec<Case> {
+    let case = |name, fault| Case { name, fault };
+    let broken = Fault::EncoderWire {
+        line: EncoderWire::Data,
+        stuck: Stuck::Low,
+    };
+    vec![
+        case("the load alone", None),
+        case("encoder lost", Some(broken)),
+        case("encoder frozen", Some(Fault::EncoderFrozen)),
+        case(
+            "board at 120 deg C",
+            Some(Fault::Temperature { deg_c: 120.0 }),
+        ),
+        case("supply of 3.8 V", Some(Fault::Supply { volts: 3.8 })),
+        case("supply of 8 V", Some(Fault::Supply { volts: 8.0 })),
+        case("soft supply, 3 ohm", Some(Fault::Source { ohm: 3.0 })),
+        case(
+            "current sense at zero",
+            Some(Fault::CurrentSense { code: 2048 }),
+        ),
+    ]
+}
+
+#[test]
+fn no_load_of_a_third_or_of_nearly_all_of_the_stall_torque_runs_away_at_a_fault() {
+    println!(
+        "| fault | load | reported | after | fastest | at the end |\n|---|---|---|---|---|---|"
+    );
+    let mut wrong = Vec::new();
+    for case in cases() {
+        for nm in [0.3, 0.5, 0.8] {
+            let load = Planned::at_ms(LOADED_MS, Fault::Torque { nm });
+            let fault = case.fault.clone().map(|it| Planned::at_ms(FROM_MS, it));
+            let options = Options {
+                plant: BoardPlantOptions::realistic(3),
+                faults: [load].into_iter().chain(fault).collect(),
+                ..Options::for_ms(UNTIL_MS)
+            };
+            let finished = run_master(options, |tick| driven(tick, TARGET_MDEG));
+            let rows = finished.trace.rows.iter();
+            let rows = rows.filter(|row| row.at_ns >= (LOADED_MS + 100) * 1_000_000);
+            let free: Vec<_> = rows
+                .take_while(|row| row.angle_deg.abs() < STOP_DEG)
+                .collect();
+            let fastest = free
+                .iter()
+                .map(|row| row.rate_deg_s.abs())
+                .fold(0.0, f64::max);
+            let first = faults(&finished).into_iter().next();
+            let (at_ns, number) = first.unwrap_or((0, 0));
+            let end = finished.trace.rows.last().expect("rows");
+            println!(
+                "| {} | {nm} N m | {number} | {} ms | {fastest:.0} deg/s | {:.0} deg |",
+                case.name,
+                (at_ns / 1_000_000) as i64 - FROM_MS as i64,
+                end.angle_deg
+            );
+            // It does not carry the current: the board is reset.
+            let is_too_soft = matches!(case.fault, Some(Fault::Source { .. })) && nm > 0.5;
+            if !is_too_soft && fastest > permitted_deg_s(case.fault.as_ref(), nm) {
+                wrong.push(format!("{}, {nm} N m: {fastest:.0} deg/s", case.name));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
