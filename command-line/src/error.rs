@@ -14,6 +14,9 @@ use identification::{
 use model_core::{parameter::ParameterError, scenario::ScenarioError};
 use program_image::signed::SignError;
 
+/// Exit status after an interrupt, as shells report it.
+const INTERRUPTED: u8 = 130;
+
 /// Why a command failed.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -77,6 +80,7 @@ impl Error {
             Self::NotConverged(_) => 3,
             Self::Update(UpdateError::Hardware { .. }) => 2,
             Self::Update(_) => 1,
+            Self::Bus(ClientError::Interrupted) => INTERRUPTED,
             Self::Bus(error) if error.is_at_limit() => 4,
             Self::Bus(error) if error.is_invalid_request() => 2,
             Self::Image(SignError::File { .. }) => 1,

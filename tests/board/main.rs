@@ -20,6 +20,7 @@ mod log;
 mod memory_protection;
 mod motion;
 mod power_loss;
+mod random_plans;
 mod replicated;
 mod requests;
 mod resets;

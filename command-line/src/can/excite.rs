@@ -9,6 +9,7 @@ use serde_json::json;
 use super::move_to::mdeg;
 use super::{AtNode, print_json};
 use crate::error::Error;
+use crate::interrupt;
 use host_sim::can::{
     client::Client,
     excitation::{self, SHAPES},
@@ -16,6 +17,7 @@ use host_sim::can::{
 
 /// Runs an excitation on an actuator, around its present angle
 ///
+/// The excitation stops if this program is interrupted or ends, but with --no-wait.
 /// Parameters that are not given keep their values in the actuator. With --capture the board
 /// records in each control period, and `actuator record --capture` uploads the recording.
 #[derive(Debug, Args)]
@@ -99,11 +101,15 @@ impl Excite {
 
     /// Starts the excitation, and waits for its end unless --no-wait is given.
     fn start(&self, client: &mut Client) -> Result<(), Error> {
-        excitation::start(client)?;
-        match self.no_wait {
-            true => Ok(()),
-            false => wait(client),
+        if self.no_wait {
+            return Ok(excitation::start(client)?);
         }
+        let run = |client: &mut Client| {
+            excitation::start(client)?;
+            wait(client)
+        };
+        let stop = |client: &mut Client| client.write("2020:1", "0");
+        client.supervised(interrupt::stop()?, run, stop)
     }
 
     /// The given parameters, by sub-index.
@@ -136,7 +142,7 @@ impl Excite {
 
 fn wait(client: &mut Client) -> Result<(), Error> {
     loop {
-        std::thread::sleep(Duration::from_millis(20));
+        client.pause(Duration::from_millis(20))?;
         if client.status()? & 0x6F != 0x27 {
             return Ok(client.fail_in_state("expected the excitation to end")?);
         }

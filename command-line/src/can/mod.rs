@@ -10,6 +10,7 @@ pub(crate) mod record;
 mod scan;
 mod serve;
 mod service;
+mod stop;
 mod telemetry;
 mod update;
 
@@ -27,6 +28,7 @@ pub use objects::{Get, Restore, Save, Set};
 pub use record::Record;
 pub use scan::Scan;
 pub use serve::Serve;
+pub use stop::Stop;
 pub use update::Update;
 
 use crate::error::Error;

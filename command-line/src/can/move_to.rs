@@ -8,13 +8,15 @@ use serde_json::json;
 
 use super::{AtNode, print_json};
 use crate::error::Error;
+use crate::interrupt;
 use crate::output::print;
 use host_sim::can::client::{Client, ClientError};
 
 /// Moves an actuator to an angle by a profile, and prints the angle reached
 ///
 /// The drive is enabled if necessary. Afterwards it holds the angle unless --release is given. An
-/// angle beyond the limits of the actuator ends at the limit, with exit status 4.
+/// angle beyond the limits of the actuator ends at the limit, with exit status 4. The actuator stops
+/// if this program is interrupted, ends or waits in vain, but with --no-wait.
 #[derive(Debug, Args)]
 pub struct Move {
     /// Angle, deg
@@ -49,7 +51,11 @@ impl Move {
         })?;
         let rate_mdeg_s = self.rate.map(profile_rate).transpose()?;
         let mut client = self.at.open()?;
-        let angle_deg = self.arrive(&mut client, target_mdeg, rate_mdeg_s, within);
+        let move_to = |client: &mut Client| self.arrive(client, target_mdeg, rate_mdeg_s, within);
+        let angle_deg = match self.no_wait {
+            true => move_to(&mut client),
+            false => client.supervised(interrupt::stop()?, move_to, Client::halt),
+        };
         let released = match self.release {
             true => client.disable(),
             false => Ok(()),

@@ -21,6 +21,8 @@ mod serve;
 mod served;
 mod silent;
 mod simulate;
+#[cfg(unix)]
+mod stop;
 mod tables;
 mod trace_file;
 mod tune;

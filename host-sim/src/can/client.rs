@@ -1,6 +1,8 @@
 //! A CANopen client: reads and writes objects, and operates the drive.
 
 use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use canopen::CanFrame;
@@ -11,6 +13,7 @@ use embedded_can::{Frame, StandardId};
 use super::link::Link;
 use super::names::{self, Value};
 use super::sdo::{Sdo, SdoError};
+use super::supervised::{SupervisedLink, TIMEOUT_MS};
 use crate::error::Error;
 
 /// Why a request to an actuator failed.
@@ -66,6 +69,14 @@ pub enum ClientError {
     /// The object does not hold an integer.
     #[error("{0} is not an integer")]
     NotAnInteger(String),
+    /// This program is asked to end.
+    #[error("interrupted")]
+    Interrupted,
+    /// Another program sends heartbeats with the node-ID of this one.
+    #[error(
+        "another program on the bus uses the node-ID of this one, {0}: its heartbeats hide the end of this program"
+    )]
+    SharedNode(u8),
     /// No TPDO of the actuator is valid.
     #[error("the actuator has no valid TPDO")]
     NoTpdo,
@@ -119,10 +130,24 @@ pub fn state_name(status: u16) -> &'static str {
     }
 }
 
+/// The entry of the consumer heartbeat time for this client; Studio uses the first one.
+const MONITORED: &str = "1016:2";
+
+/// Longest time of a stop.
+const STOPPED: Duration = Duration::from_secs(10);
+
+/// Controlword of operation enabled.
+const ENABLED: u16 = controlword::SWITCH_ON
+    | controlword::ENABLE_VOLTAGE
+    | controlword::QUICK_STOP
+    | controlword::ENABLE_OPERATION;
+
 /// One actuator.
 pub struct Client {
-    link: Box<dyn Link>,
+    link: SupervisedLink,
     node: u8,
+    /// Set when this program is asked to end.
+    interrupt: Option<Arc<AtomicBool>>,
 }
 
 impl Client {
@@ -141,7 +166,11 @@ impl Client {
 
     /// A client of this node.
     pub fn new(link: Box<dyn Link>, node: u8) -> Self {
-        Self { link, node }
+        Self {
+            link: SupervisedLink::new(link),
+            node,
+            interrupt: None,
+        }
     }
 
     /// The node.
@@ -156,12 +185,12 @@ impl Client {
 
     /// The bus.
     pub fn link(&mut self) -> &mut dyn Link {
-        &mut *self.link
+        &mut self.link
     }
 
     /// The SDO client of the node.
     pub fn sdo(&mut self) -> Sdo<'_> {
-        Sdo::new(&mut *self.link, self.node)
+        Sdo::new(&mut self.link, self.node)
     }
 
     /// The value of an object.
@@ -321,9 +350,79 @@ impl Client {
     /// Waits for this time.
     ///
     /// # Errors
-    /// [`ClientError::Link`].
+    /// [`ClientError::Link`]; while the actuator is supervised also [`ClientError::Interrupted`].
     pub fn pause(&mut self, time: Duration) -> Result<(), ClientError> {
-        Ok(self.link.pause(time)?)
+        self.link.pause(time)?;
+        let interrupt = self.interrupt.as_ref();
+        match interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+            true => Err(ClientError::Interrupted),
+            false => Ok(()),
+        }
+    }
+
+    /// Does what moves the actuator. It monitors the heartbeat of this program meanwhile, and stops
+    /// if that ceases. On an error, and when `interrupt` is set, `stop` stops what was started.
+    ///
+    /// # Errors
+    /// Those of `motion`; [`ClientError::Interrupted`], [`ClientError::SharedNode`].
+    pub fn supervised<T, E: From<ClientError>>(
+        &mut self,
+        interrupt: Arc<AtomicBool>,
+        motion: impl FnOnce(&mut Self) -> Result<T, E>,
+        stop: impl FnOnce(&mut Self) -> Result<(), ClientError>,
+    ) -> Result<T, E> {
+        let own_node = self.link.begin().map_err(ClientError::from)?;
+        let monitored = u32::from(own_node) << 16 | TIMEOUT_MS;
+        self.write(MONITORED, "0")?;
+        self.write(MONITORED, &monitored.to_string())?;
+        self.interrupt = Some(interrupt);
+        let mut result = motion(self);
+        if result.is_ok() && self.link.is_shared() {
+            result = Err(ClientError::SharedNode(own_node).into());
+        }
+        self.interrupt = None;
+        let stopped = match &result {
+            Ok(_) => Ok(()),
+            Err(_) => stop(self),
+        };
+        let ended = self.write(MONITORED, "0");
+        self.link.end();
+        // The error of the motion is more informative than those behind it.
+        let result = result?;
+        stopped.and(ended)?;
+        Ok(result)
+    }
+
+    /// Halts the drive, which then holds the shaft, if it is enabled.
+    ///
+    /// # Errors
+    /// [`ClientError::State`] if the shaft is not at rest after ten seconds.
+    pub fn halt(&mut self) -> Result<(), ClientError> {
+        if self.status()? & 0x6F != 0x27 {
+            return Ok(());
+        }
+        self.control(ENABLED | controlword::HALT)?;
+        let threshold = self.integer("606F")?;
+        let end = Instant::now() + STOPPED;
+        while self.integer("606C")?.abs() > threshold {
+            if Instant::now() > end {
+                return self.fail_in_state("expected the shaft to be at rest");
+            }
+            self.pause(Duration::from_millis(4))?;
+        }
+        Ok(())
+    }
+
+    /// Stops the shaft by a quick stop, after which the drive is off.
+    ///
+    /// # Errors
+    /// [`ClientError::State`] if it is not off after ten seconds.
+    pub fn quick_stop(&mut self) -> Result<(), ClientError> {
+        self.control(controlword::ENABLE_VOLTAGE)?;
+        let expected = "expected the drive to be off";
+        let off = |status: u16| !matches!(status & 0x6F, 0x27 | 0x07);
+        self.wait(STOPPED, expected, off)?;
+        Ok(())
     }
 
     /// Disables the power stage.
@@ -339,23 +438,19 @@ impl Client {
     /// # Errors
     /// [`ClientError::State`] if the drive does not acknowledge it.
     pub fn move_to(&mut self, position_mdeg: i32) -> Result<(), ClientError> {
-        let enabled = controlword::SWITCH_ON
-            | controlword::ENABLE_VOLTAGE
-            | controlword::QUICK_STOP
-            | controlword::ENABLE_OPERATION;
-        self.control(enabled)?;
+        self.control(ENABLED)?;
         self.wait(
             Duration::from_secs(1),
             "expected the last set-point to be acknowledged",
             |status| status & statusword::MODE_12 == 0,
         )?;
         self.write("607A", &position_mdeg.to_string())?;
-        self.control(enabled | controlword::NEW_SET_POINT | controlword::CHANGE_SET_IMMEDIATELY)?;
+        self.control(ENABLED | controlword::NEW_SET_POINT | controlword::CHANGE_SET_IMMEDIATELY)?;
         self.wait(
             Duration::from_secs(1),
             "expected the set-point to be acknowledged",
             |status| status & statusword::MODE_12 != 0,
         )?;
-        self.control(enabled)
+        self.control(ENABLED)
     }
 }

@@ -21,5 +21,6 @@ pub mod scan;
 pub mod sdo;
 pub mod server;
 pub mod service;
+pub mod supervised;
 pub mod telemetry;
 pub mod update;

@@ -1,0 +1,37 @@
+//! `actuator stop`: a quick stop.
+
+use clap::Args;
+use serde_json::json;
+
+use super::{AtNode, print_json};
+use crate::error::Error;
+
+/// Stops an actuator by a quick stop, after which its drive is off
+///
+/// With --hold the drive halts and holds the shaft.
+#[derive(Debug, Args)]
+pub struct Stop {
+    /// Halts and holds the shaft
+    #[arg(long)]
+    hold: bool,
+    #[command(flatten)]
+    at: AtNode,
+}
+
+impl Stop {
+    /// Stops the actuator.
+    ///
+    /// # Errors
+    /// Those of the bus and the actuator.
+    pub fn run(&self) -> Result<(), Error> {
+        let mut client = self.at.open()?;
+        match self.hold {
+            true => client.halt()?,
+            false => client.quick_stop()?,
+        }
+        match self.at.json() {
+            true => print_json(&json!({ "stopped": true })),
+            false => Ok(()),
+        }
+    }
+}

@@ -1,0 +1,82 @@
+//! An actuator stops when the command that moves it ends.
+
+use std::process::{Child, Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use crate::served::Served;
+
+/// A slow motion to 90 deg, or an excitation of the same rate.
+const MOTIONS: [&str; 2] = [
+    "move 90 --rate 20",
+    "excite sine --amplitude 20 --start 0.3 --repetitions 20",
+];
+
+/// A command at the server, with its output closed.
+fn spawn(served: &Served, arguments: &str) -> Child {
+    Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
+        .args(arguments.split(' '))
+        .args(["--bus", &served.bus])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts")
+}
+
+fn angle_deg(served: &Served) -> f64 {
+    let text = served.text("get 6064");
+    let number = text.split_whitespace().next().expect("a word");
+    number.parse::<f64>().expect("a number") / 1000.0
+}
+
+/// Whether the shaft moves by more than 1 deg within half a second.
+fn moves(served: &Served) -> bool {
+    let before = angle_deg(served);
+    thread::sleep(Duration::from_millis(500));
+    (angle_deg(served) - before).abs() > 1.0
+}
+
+#[test]
+fn the_actuator_stops_when_the_program_is_interrupted_or_killed() {
+    for motion in MOTIONS {
+        for signal in ["INT", "TERM", "HUP", "KILL"] {
+            let served = Served::new(&[]);
+            let mut program = spawn(&served, motion);
+            thread::sleep(Duration::from_millis(1500));
+            assert!(moves(&served), "{motion}");
+            let pid = program.id().to_string();
+            let killed = Command::new("kill").args(["-s", signal, &pid]).status();
+            assert!(killed.expect("kill").success());
+            let status = program.wait().expect("it ends");
+            if signal != "KILL" {
+                assert_eq!(status.code(), Some(130), "{motion}, {signal}");
+            }
+            // 300 ms until the heartbeat is missed, and the stop.
+            thread::sleep(Duration::from_millis(500));
+            assert!(!moves(&served), "{motion}, {signal}");
+        }
+    }
+}
+
+#[test]
+fn a_move_that_is_not_awaited_goes_on_and_stop_ends_it() {
+    let served = Served::new(&[]);
+    served.text("move 90 --rate 20 --no-wait");
+    thread::sleep(Duration::from_millis(300));
+    assert!(moves(&served));
+    served.text("stop --hold");
+    assert!(!moves(&served));
+    served.text("move -90 --rate 20 --no-wait");
+    thread::sleep(Duration::from_millis(300));
+    assert!(moves(&served));
+    served.text("stop");
+    assert!(!moves(&served));
+}
+
+#[test]
+fn a_move_that_takes_too_long_is_halted() {
+    let served = Served::new(&[]);
+    let error = served.error("move 90 --rate 20 --within 1", 3);
+    assert!(error.contains("expected the angle to be reached"), "{error}");
+    assert!(!moves(&served));
+}

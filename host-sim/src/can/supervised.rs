@@ -1,0 +1,186 @@
+//! A bus on which a client shows that it is alive, for the actuator that moves on its request.
+//!
+//! While the client is supervised, it sends heartbeats of a node-ID of its own, which the actuator
+//! monitors (1016h). If they cease, the actuator reacts according to 2040h:2: the shaft stops, even
+//! if the client was killed.
+
+use std::io;
+use std::time::{Duration, Instant};
+
+use canopen::{CanFrame, cob_id};
+use embedded_can::{Frame, Id};
+
+use super::link::Link;
+
+/// Period of the heartbeats.
+const PERIOD: Duration = Duration::from_millis(50);
+
+/// Time without a heartbeat after which the actuator reacts, ms.
+pub const TIMEOUT_MS: u32 = 300;
+
+/// Node-IDs for clients, the highest first; Studio has 127.
+const OWN_NODES: std::ops::RangeInclusive<u8> = 112..=126;
+
+/// A bus, with the heartbeat of this program while it has a node-ID.
+pub struct SupervisedLink {
+    link: Box<dyn Link>,
+    own_node: Option<u8>,
+    next: Instant,
+    /// A heartbeat with the node-ID of this program was received.
+    is_shared: bool,
+}
+
+impl SupervisedLink {
+    /// A bus without heartbeats.
+    pub fn new(link: Box<dyn Link>) -> Self {
+        Self {
+            link,
+            own_node: None,
+            next: Instant::now(),
+            is_shared: false,
+        }
+    }
+
+    /// Selects a node-ID whose heartbeats are not on the bus, and starts those of this program;
+    /// returns the node-ID.
+    ///
+    /// # Errors
+    /// The error of the operating system, and [`io::ErrorKind::AddrInUse`] if none is free.
+    pub fn begin(&mut self) -> io::Result<u8> {
+        let mut free: Vec<u8> = OWN_NODES.rev().collect();
+        let end = Instant::now() + 3 * PERIOD;
+        while let Some(left) = end.checked_duration_since(Instant::now()) {
+            let frame = self.link.receive(left)?;
+            if let Some(node) = frame.and_then(|frame| heartbeat_of(&frame)) {
+                free.retain(|own| *own != node);
+            }
+        }
+        let own_node = *free.first().ok_or(io::ErrorKind::AddrInUse)?;
+        (self.own_node, self.next, self.is_shared) = (Some(own_node), Instant::now(), false);
+        self.beat()?;
+        Ok(own_node)
+    }
+
+    /// Ends the heartbeats.
+    pub fn end(&mut self) {
+        self.own_node = None;
+    }
+
+    /// Whether another program uses the node-ID of this one: its heartbeats would go on if this
+    /// program ended.
+    pub fn is_shared(&self) -> bool {
+        self.is_shared
+    }
+
+    fn beat(&mut self) -> io::Result<()> {
+        let now = Instant::now();
+        let Some(own_node) = self.own_node.filter(|_| now >= self.next) else {
+            return Ok(());
+        };
+        self.next = now + PERIOD;
+        let id = cob_id::of_node(cob_id::HEARTBEAT, own_node);
+        // Operational.
+        match CanFrame::new(id, &[5]) {
+            Some(frame) => self.link.send(&frame),
+            None => Ok(()),
+        }
+    }
+}
+
+/// The node of a heartbeat.
+fn heartbeat_of(frame: &CanFrame) -> Option<u8> {
+    let Id::Standard(id) = frame.id() else {
+        return None;
+    };
+    let node = u32::from(id.as_raw()).checked_sub(cob_id::HEARTBEAT)?;
+    u8::try_from(node)
+        .ok()
+        .filter(|node| (1..=127).contains(node))
+}
+
+impl Link for SupervisedLink {
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+        self.beat()?;
+        self.link.send(frame)
+    }
+
+    fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
+        self.beat()?;
+        let frame = self.link.receive(timeout)?;
+        let node = frame.as_ref().and_then(heartbeat_of);
+        self.is_shared |= node.is_some() && node == self.own_node;
+        Ok(frame)
+    }
+
+    fn pause(&mut self, time: Duration) -> io::Result<()> {
+        self.beat()?;
+        self.link.pause(time)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+
+    /// A bus that has these frames, and keeps what is sent.
+    struct Bus {
+        received: Vec<CanFrame>,
+        sent: Arc<Mutex<Vec<CanFrame>>>,
+    }
+
+    impl Link for Bus {
+        fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+            self.sent.lock().unwrap().push(*frame);
+            Ok(())
+        }
+
+        fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
+            if self.received.is_empty() {
+                std::thread::sleep(timeout);
+            }
+            Ok(self.received.pop())
+        }
+    }
+
+    fn heartbeat(node: u8) -> CanFrame {
+        CanFrame::new(cob_id::of_node(cob_id::HEARTBEAT, node), &[5]).unwrap()
+    }
+
+    #[test]
+    fn the_highest_node_id_that_no_other_client_uses_is_that_of_the_heartbeats() {
+        let sent = Arc::<Mutex<Vec<CanFrame>>>::default();
+        let bus = Bus {
+            received: vec![heartbeat(1), heartbeat(126), heartbeat(127)],
+            sent: Arc::clone(&sent),
+        };
+        let mut link = SupervisedLink::new(Box::new(bus));
+        assert_eq!(link.begin().unwrap(), 125);
+        for _ in 0..5 {
+            link.pause(PERIOD).unwrap();
+        }
+        link.end();
+        link.pause(PERIOD).unwrap();
+        assert_eq!(*sent.lock().unwrap(), vec![heartbeat(125); 5]);
+    }
+
+    #[test]
+    fn a_foreign_heartbeat_with_the_own_node_id_is_noticed() {
+        let bus = Bus {
+            received: Vec::new(),
+            sent: Arc::default(),
+        };
+        let mut link = SupervisedLink::new(Box::new(bus));
+        let own_node = link.begin().unwrap();
+        for (node, is_shared) in [(own_node - 1, false), (own_node, true)] {
+            let bus = Bus {
+                received: vec![heartbeat(node)],
+                sent: Arc::default(),
+            };
+            link.link = Box::new(bus);
+            link.receive(Duration::ZERO).unwrap();
+            assert_eq!(link.is_shared(), is_shared);
+        }
+    }
+}
