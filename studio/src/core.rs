@@ -70,6 +70,8 @@ pub struct State {
     tasks: BTreeMap<u64, Arc<AtomicBool>>,
     /// The nodes have changed since they were sent to the pages.
     pub has_changed: bool,
+    /// When a heartbeat of another program with the node-ID of this one was last received.
+    pub shared: Option<Instant>,
 }
 
 /// The state and the ways out of it.

@@ -30,6 +30,9 @@ pub const OWN_NODE: u8 = 127;
 /// Period of the heartbeat of this program while a drive is enabled.
 pub const HEARTBEAT: Duration = Duration::from_millis(50);
 
+/// Time for which the node-ID of this program counts as that of another one after its heartbeat.
+const SHARED: Duration = Duration::from_millis(300);
+
 /// Time without it after which an actuator reacts, ms.
 pub const HEARTBEAT_TIMEOUT_MS: u32 = 300;
 
@@ -55,6 +58,13 @@ fn heartbeat() -> Option<CanFrame> {
 /// Those of the transfers and of the drive.
 pub fn enable(core: &Arc<Core>, client: &mut Client, page: PageId) -> Result<(), ClientError> {
     let number = client.node();
+    let is_shared = core.with(|state| {
+        let last = state.shared;
+        last.is_some_and(|last| last.elapsed() < SHARED)
+    });
+    if is_shared {
+        return Err(ClientError::SharedNode(OWN_NODE));
+    }
     let watch = u32::from(OWN_NODE) << 16 | HEARTBEAT_TIMEOUT_MS;
     client.write("1016:1", "0")?;
     client.write("1016:1", &watch.to_string())?;

@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::time::{Duration, Instant};
 
 use canopen::{CanFrame, cob_id};
+use host_sim::can::client::ClientError;
 use host_sim::can::fault_history::PastError;
 use host_sim::can::link::{Link, open_split};
 use host_sim::can::telemetry::Telemetry;
@@ -12,6 +13,7 @@ use host_sim::can::telemetry::Telemetry;
 use crate::attach;
 use crate::bus::decode::{decode, nmt_state};
 use crate::core::{Core, State};
+use crate::motion;
 use crate::node::Node;
 use crate::quantity;
 
@@ -90,12 +92,31 @@ fn receive(core: &Arc<Core>, frame: &CanFrame) {
     let (function, node) = cob_id::split(id);
     match function {
         _ if is_extended || node == 0 => {}
+        cob_id::HEARTBEAT if node == motion::OWN_NODE => shared(core),
         cob_id::HEARTBEAT => heartbeat(core, node, frame.bytes()[0] & 0x7F),
         cob_id::EMERGENCY => emergency(core, node, frame),
         _ if (cob_id::tpdo(1)..=cob_id::rpdo(4)).contains(&function) => {
             sample(core, node, frame, now_s);
         }
         _ => {}
+    }
+}
+
+/// A heartbeat of another program with the node-ID of this one: it would go on if this program ended,
+/// and its actuators would not stop.
+fn shared(core: &Arc<Core>) {
+    let (is_new, moving) = core.with(|state| {
+        let is_new = state.shared.replace(Instant::now()).is_none();
+        let nodes = state.nodes.iter();
+        let moving = nodes.filter(|(_, node)| node.enabled_by.is_some());
+        (is_new, moving.map(|(node, _)| *node).collect::<Vec<_>>())
+    });
+    if is_new || !moving.is_empty() {
+        let error = ClientError::SharedNode(motion::OWN_NODE);
+        core.log("fault", None, &error.to_string());
+    }
+    for node in moving {
+        motion::stop(core, node);
     }
 }
 

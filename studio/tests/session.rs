@@ -18,7 +18,7 @@ struct Running {
     url: String,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
-    _bus: NativeBus,
+    bus: NativeBus,
 }
 
 impl Running {
@@ -40,7 +40,7 @@ impl Running {
             url,
             stop,
             thread: Some(thread),
-            _bus: bus,
+            bus,
         }
     }
 }
@@ -68,7 +68,11 @@ struct Page {
 
 impl Page {
     fn open(running: &Running) -> Self {
-        let address = running.url.trim_start_matches("http://");
+        Self::at(&running.url)
+    }
+
+    fn at(url: &str) -> Self {
+        let address = url.trim_start_matches("http://");
         let (host, rest) = address.split_once('/').expect("a path");
         let token = rest.trim_start_matches("?token=");
         let mut request = format!("ws://{host}/socket?token={token}")
@@ -245,6 +249,37 @@ fn the_loss_of_a_page_stops_what_it_moves() {
 }
 
 #[test]
+fn two_programs_with_one_node_id_do_not_move_actuators_at_once() {
+    let running = Running::start();
+    let mut page = Page::open(&running);
+    page.enable();
+    // Another Studio at the same bus.
+    let address = running.bus.address().to_string();
+    let options = Options {
+        listen: SocketAddr::from((Ipv4Addr::LOCALHOST, 0)),
+        bus: address.clone(),
+        bus_name: "test".into(),
+        kbit_s: 1000,
+    };
+    let second = Studio::open(options, |_| {}).expect("a server");
+    let url = second.url();
+    let stop = Arc::<AtomicBool>::default();
+    let stopped = Arc::clone(&stop);
+    let thread = std::thread::spawn(move || second.run(&stopped, &mut |_| {}).expect("it runs"));
+    let mut other = Page::at(&url);
+    other.until("the actuator", |page| page.nodes[0]["is_attached"] == true);
+    let refused = other.ask("enable", json!({ "node": 1 }));
+    let error = refused.expect_err("the first program moves it");
+    assert!(
+        error.contains("uses the node-ID of this one, 127"),
+        "{error}"
+    );
+    assert_eq!(page.state(), "operation enabled");
+    stop.store(true, Relaxed);
+    thread.join().expect("it has not failed");
+}
+
+#[test]
 fn an_actuator_is_left_as_it_was_found() {
     let bus = NativeBus::start(1, |_| {}).expect("a bus");
     let address = bus.address().to_string();
@@ -267,7 +302,7 @@ fn an_actuator_is_left_as_it_was_found() {
         url: studio.url(),
         stop: Arc::default(),
         thread: None,
-        _bus: bus,
+        bus,
     };
     let stop = Arc::clone(&running.stop);
     running.thread = Some(std::thread::spawn(move || {

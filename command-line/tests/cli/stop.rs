@@ -77,6 +77,9 @@ fn a_move_that_is_not_awaited_goes_on_and_stop_ends_it() {
 fn a_move_that_takes_too_long_is_halted() {
     let served = Served::new(&[]);
     let error = served.error("move 90 --rate 20 --within 1", 3);
-    assert!(error.contains("expected the angle to be reached"), "{error}");
+    assert!(
+        error.contains("expected the angle to be reached"),
+        "{error}"
+    );
     assert!(!moves(&served));
 }
