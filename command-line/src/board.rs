@@ -91,7 +91,9 @@ impl Board {
         }
         let faults = self.faults.as_deref().map(plan).transpose()?;
         let firmware = emulated::firmware(&self.elf)?;
+        let chip = firmware.actuator_chip().map_err(|error| refusal(&error))?;
         let options = Options {
+            chip,
             plant: self
                 .seed
                 .map_or_else(BoardPlantOptions::default, BoardPlantOptions::realistic),

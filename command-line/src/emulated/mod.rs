@@ -13,10 +13,11 @@ use std::thread;
 use firmware::drive::StoredParameters;
 use firmware::store::first_page;
 use model_core::plant::board::BoardPlantOptions;
+use virtual_board::board::ChipKind;
 use virtual_board::flash::Sector;
 use virtual_board::run::{
-    Attachments, BusConnection, CommOptions, CommView, Firmware, Flow, Gaps, Options, Reset,
-    SerialScript, SharedBus, View, run_comm, run_with,
+    Attachments, BusConnection, CommOptions, CommView, Firmware, FirmwareError, Flow, Gaps,
+    Options, Reset, SerialScript, SharedBus, View, run_comm, run_with,
 };
 
 use crate::bounded::{self, MOST_BUILD};
@@ -24,8 +25,14 @@ use crate::error::Error;
 
 pub use transport::{TcpServer, Terminal, Transport};
 
-/// Address of the unique device identifier, the source of the serial number (RM0090, section 39.1).
-const UNIQUE_ID: u64 = 0x1fff_7a10;
+/// Address of the unique device identifier, the source of the serial number (RM0090, section 39.1;
+/// RM0433, section 61.1).
+const fn unique_id(chip: ChipKind) -> u64 {
+    match chip {
+        ChipKind::F427 => 0x1fff_7a10,
+        ChipKind::H743 => 0x1ff1_e800,
+    }
+}
 
 /// Time between two polls of the client, ns of virtual time.
 const POLL_NS: u64 = 500_000;
@@ -43,6 +50,7 @@ const FOR_EVER_NS: u64 = u64::MAX / 2;
 /// The programs of the boards.
 pub struct Programs {
     actuator: Firmware,
+    chip: ChipKind,
     comm: Firmware,
 }
 
@@ -50,11 +58,15 @@ impl Programs {
     /// Reads both ELF files.
     ///
     /// # Errors
-    /// For a file that is not a program of a board.
+    /// For a file that is not the program of its board.
     pub fn read(actuator: &Path, comm: &Path) -> Result<Self, Error> {
+        let board = |error: FirmwareError| Error::Board(error.to_string());
+        let (actuator, comm) = (firmware(actuator)?, firmware(comm)?);
+        comm.check_comm_board().map_err(board)?;
         Ok(Self {
-            actuator: firmware(actuator)?,
-            comm: firmware(comm)?,
+            chip: actuator.actuator_chip().map_err(board)?,
+            actuator,
+            comm,
         })
     }
 }
@@ -87,7 +99,7 @@ pub fn serve(
         for (number, (plant, connection)) in (1..).zip(plants.iter().zip(&mut connections)) {
             let run = move || {
                 let _stop_on_end = StopOnDrop(stop);
-                run_actuator(&programs.actuator, number, plant, connection, stop)
+                run_actuator(programs, number, plant, connection, stop)
             };
             boards.push(scope.spawn(run));
         }
@@ -123,16 +135,17 @@ impl Drop for StopOnDrop<'_> {
 }
 
 fn run_actuator(
-    program: &Firmware,
+    programs: &Programs,
     number: i32,
     plant: &BoardPlantOptions,
     connection: BusConnection,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
     let options = Options {
+        chip: programs.chip,
         plant: *plant,
         ports_bit_s: Vec::new(),
-        contents: identity(number),
+        contents: identity(programs.chip, number),
         keeps_trace: false,
         until_ns: FOR_EVER_NS,
         ..Options::for_ms(0)
@@ -143,8 +156,8 @@ fn run_actuator(
         ..Attachments::default()
     };
     let script = |_: &mut View<'_>| Flow::Continue;
-    let finished =
-        run_with(program, options, script, attachments).map_err(|error| error.to_string())?;
+    let finished = run_with(&programs.actuator, options, script, attachments)
+        .map_err(|error| error.to_string())?;
     report(
         &format!("actuator {number}"),
         &finished.resets,
@@ -153,13 +166,14 @@ fn run_actuator(
     Ok(())
 }
 
-/// Memory contents that set the number of a board: stored parameters and device identifier.
-fn identity(number: i32) -> Vec<(u64, Vec<u8>)> {
+/// Memory contents that set the number of a board: stored parameters, in the first sector of bank 2
+/// of either chip, and device identifier.
+fn identity(chip: ChipKind, number: i32) -> Vec<(u64, Vec<u8>)> {
     let mut parameters = StoredParameters::DEFAULT;
     parameters.board.bus.node_id = number;
     let bytes = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let page = Sector::of_number(12).map(|sector| (sector.base, bytes(&first_page(&parameters))));
-    let id = (UNIQUE_ID, bytes(&[number.cast_unsigned(), 0, 0]));
+    let id = (unique_id(chip), bytes(&[number.cast_unsigned(), 0, 0]));
     page.into_iter().chain([id]).collect()
 }
 

@@ -138,9 +138,14 @@ struct Chain {
 
 impl Chain {
     fn new() -> Self {
+        Self::of(cross_build::board_elf())
+    }
+
+    /// With this program of the actuator boards.
+    fn of(program: &Path) -> Self {
         let mut process = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
             .args(["serve", "--listen", "127.0.0.1:0", "--elf"])
-            .arg(cross_build::board_elf())
+            .arg(program)
             .arg("--comm-elf")
             .arg(cross_build::comm_board_elf())
             .stdout(Stdio::piped())
@@ -182,6 +187,54 @@ fn exchange(client: &mut TcpStream, bytes: &[u8], line: &str) {
         let mut byte = [0];
         client.read_exact(&mut byte).expect("it answers");
         heard.push(char::from(byte[0]));
+    }
+}
+
+#[test]
+fn the_program_of_each_chip_runs_on_its_chip() {
+    for program in [cross_build::board_elf(), cross_build::board_h743_elf()] {
+        let chain = Chain::of(program);
+        let cli = Cli::new();
+        let command = |text: &str| cli.actuator(&format!("{text} --bus {}", chain.address));
+        command("move 20")
+            .timeout(Duration::from_secs(60))
+            .assert()
+            .success();
+        let output = command("get 6064").assert().success();
+        let text = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
+        let mdeg: i32 = text
+            .split_whitespace()
+            .next()
+            .and_then(|word| word.parse().ok())
+            .expect("a number");
+        assert!((19_000..21_000).contains(&mdeg), "{text}");
+    }
+}
+
+#[test]
+fn a_program_of_another_board_is_refused_by_its_name() {
+    let (board, comm) = (
+        cross_build::board_elf().display(),
+        cross_build::comm_board_elf().display(),
+    );
+    let actuator = cross_build::board_elf().display();
+    for (arguments, expected) in [
+        (
+            format!("board --elf {comm}"),
+            "is the program of: communication board, STM32F427; expected the program of an actuator board",
+        ),
+        (
+            format!("serve --elf {comm} --comm-elf {comm}"),
+            "expected the program of an actuator board",
+        ),
+        (
+            format!("serve --elf {board} --comm-elf {actuator}"),
+            "is the program of: actuator board, STM32F427; expected the program of the communication board",
+        ),
+    ] {
+        let output = Cli::new().actuator(&arguments).assert().failure();
+        let error = String::from_utf8_lossy(&output.get_output().stderr).into_owned();
+        assert!(error.contains(expected), "{error}");
     }
 }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use object::{Object, ObjectSection, ObjectSymbol, SymbolKind};
 use rigless::image::Image;
 
+use crate::board::ChipKind;
 use crate::flash::BASE;
 
 /// Why an ELF file cannot be used.
@@ -19,6 +20,16 @@ pub enum FirmwareError {
         path: PathBuf,
         /// Why.
         message: String,
+    },
+    /// It is not the program that is expected.
+    #[error("{path} {is}; expected the program {expected}", path = path.display())]
+    OtherProgram {
+        /// The file.
+        path: PathBuf,
+        /// What is expected.
+        expected: &'static str,
+        /// What it is.
+        is: String,
     },
     /// It lacks a symbol.
     #[error("{path} has no symbol {name}", path = path.display())]
@@ -153,13 +164,51 @@ impl Firmware {
     /// # Errors
     /// The file has no list, or one that cannot be read.
     pub fn handlers(&self) -> Result<Vec<Handler>, FirmwareError> {
-        let file = object::File::parse(&*self.bytes).ok();
-        let section = file
-            .as_ref()
-            .and_then(|file| file.section_by_name(".handlers"));
-        let lines = section.and_then(|section| String::from_utf8(section.data().ok()?.into()).ok());
+        let lines = self.text(".handlers");
         let handlers = lines.and_then(|lines| lines.lines().map(Handler::parse).collect());
         handlers.ok_or_else(|| self.no_symbol(".handlers"))
+    }
+
+    /// The chip that an actuator board's program is for.
+    ///
+    /// # Errors
+    /// It is another program, or states nothing.
+    pub fn actuator_chip(&self) -> Result<ChipKind, FirmwareError> {
+        let kinds = [(ChipKind::F427, "STM32F427"), (ChipKind::H743, "STM32H743")];
+        let is = self.text(".board").unwrap_or_default();
+        let chip = is.strip_prefix("actuator board, ");
+        let kind = kinds.iter().find(|(_, name)| chip == Some(name));
+        let (kind, _) = kind.ok_or_else(|| self.no_program("of an actuator board", is))?;
+        Ok(*kind)
+    }
+
+    /// Whether this is the communication board's program.
+    ///
+    /// # Errors
+    /// It is another program, or states nothing.
+    pub fn check_comm_board(&self) -> Result<(), FirmwareError> {
+        match self.text(".board").unwrap_or_default() {
+            is if is == "communication board, STM32F427" => Ok(()),
+            is => Err(self.no_program("of the communication board", is)),
+        }
+    }
+
+    fn no_program(&self, expected: &'static str, is: String) -> FirmwareError {
+        FirmwareError::OtherProgram {
+            path: self.path.clone(),
+            expected,
+            is: match is.is_empty() {
+                true => "states no board".into(),
+                false => format!("is the program of: {is}"),
+            },
+        }
+    }
+
+    /// The text of a section.
+    fn text(&self, section: &str) -> Option<String> {
+        let file = object::File::parse(&*self.bytes).ok()?;
+        let section = file.section_by_name(section)?;
+        String::from_utf8(section.data().ok()?.into()).ok()
     }
 
     /// Address of the vector table, if it is not at the start of the flash.

@@ -16,10 +16,13 @@
 #[macro_use]
 #[path = "../../shared/actuator/mod.rs"]
 mod actuator;
+#[macro_use]
 #[path = "../../shared/board/mod.rs"]
 mod board;
 mod chip;
 mod peripherals;
+
+board_is!("actuator board", "STM32F427");
 
 actuator_program! {
     edge: TIM1_UP_TIM10,

@@ -19,6 +19,7 @@
 #[path = "../../shared/actuator/mod.rs"]
 mod actuator;
 #[allow(dead_code, reason = "the program needs a part of it")]
+#[macro_use]
 #[path = "../../shared/board/mod.rs"]
 mod board;
 #[path = "../../shared/bring_up/mod.rs"]
@@ -27,6 +28,8 @@ mod bring_up;
 mod chip;
 #[allow(dead_code, reason = "the program needs a part of it")]
 mod peripherals;
+
+board_is!("bring-up", "STM32F427");
 
 use cortex_m_rt::entry;
 

@@ -20,10 +20,13 @@
     reason = "registers and exception handlers: each block states why it is sound"
 )]
 
+#[macro_use]
 #[path = "../../shared/board/mod.rs"]
 mod board;
 mod chip;
 mod comm;
+
+board_is!("communication board", "STM32F427");
 
 /// Tasks and their resources.
 #[allow(

@@ -17,10 +17,13 @@
 #[macro_use]
 #[path = "../../shared/actuator/mod.rs"]
 mod actuator;
+#[macro_use]
 #[path = "../../shared/board/mod.rs"]
 mod board;
 mod chip;
 mod peripherals;
+
+board_is!("actuator board", "STM32H743");
 
 actuator_program! {
     edge: TIM1_UP,

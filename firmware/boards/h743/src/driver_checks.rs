@@ -16,6 +16,7 @@
 #[path = "../../shared/actuator/mod.rs"]
 mod actuator;
 #[allow(dead_code, reason = "the program needs a part of it")]
+#[macro_use]
 #[path = "../../shared/board/mod.rs"]
 mod board;
 #[allow(dead_code, reason = "the program needs a part of it")]
@@ -24,6 +25,8 @@ mod chip;
 mod driver_checks;
 #[allow(dead_code, reason = "the program needs a part of it")]
 mod peripherals;
+
+board_is!("driver checks", "STM32H743");
 
 use cortex_m_rt::entry;
 
