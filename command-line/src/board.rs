@@ -144,7 +144,8 @@ impl Board {
 /// The most bytes of a fault plan: those of ten thousand faults.
 const MOST_PLAN: u64 = 1 << 20;
 
-fn plan(path: &Path) -> Result<Vec<Planned>, Error> {
+/// The plan of faults in a file.
+pub(crate) fn plan(path: &Path) -> Result<Vec<Planned>, Error> {
     let text = String::from_utf8(bounded::read(path, MOST_PLAN)?)
         .map_err(|error| refusal(&format!("{}: {error}, expected a text", path.display())))?;
     parse_plan(path, &text).map_err(|error| refusal(&error))

@@ -6,13 +6,12 @@
 
 use board_tests::download::{Answer, Client, IDENTITY, INSTALL, STATUS, send};
 use board_tests::frames::{control, start};
-use board_tests::slots::{
-    FAST, NEW, actuator_image, image, installed, program, run_boot, slot_holds,
-};
+use board_tests::slots::{NEW, actuator_image, image, installed, program, run_boot, slot_holds};
 use bootloader::layout::STM32F427;
 use bootloader::{HEADER_SIZE, Header};
 use canopen::Abort;
 use virtual_board::faults::{Fault, Planned, Trigger};
+use virtual_board::flash::FlashTimes;
 use virtual_board::run::{Flow, Options, Script, View};
 
 /// Cuts at random; with the environment variable `EXHAUSTIVE` there is one in every operation.
@@ -250,7 +249,7 @@ fn after_a_loss_of_supply_while_it_stages_an_image_the_program_runs_and_stages_t
     let old = actuator_image("1.0.0");
     let options = Options {
         contents: installed(&old),
-        flash_times: FAST,
+        flash_times: FlashTimes::SHORT_ERASE,
         ..Options::for_ms(1_000_000)
     };
     let finished = run_boot(options, Cuts::new(old, new));

@@ -2,10 +2,11 @@
 
 use board_tests::frames::{Frame, from_wire, sdo, standard, to_wire};
 use board_tests::slots::{
-    FAST, MARK, NEW, OLD, image, installed, program, requested, run_boot, slot_holds,
+    MARK, NEW, OLD, image, installed, program, requested, run_boot, slot_holds,
 };
 use bootloader::layout::STM32F427;
 use virtual_board::faults::{Fault, Planned, Trigger};
+use virtual_board::flash::FlashTimes;
 use virtual_board::run::{Flow, Options, Script, View};
 
 /// Words behind the program, so that an image is of some size.
@@ -62,7 +63,7 @@ fn new_image() -> Vec<u8> {
 fn an_image_that_does_not_confirm_itself_runs_three_times_and_is_rolled_back() {
     let options = Options {
         contents: requested(&old_image(), &new_image()),
-        flash_times: FAST,
+        flash_times: FlashTimes::SHORT_ERASE,
         ..Options::for_ms(20_000)
     };
     let finished = run_boot(options, Rollback::default());
@@ -266,7 +267,7 @@ impl Script for Slower {
 fn a_waiting_bootloader_changes_its_bit_rate_by_lss_and_starts_with_it_again() {
     let options = Options {
         ports_bit_s: vec![1_000_000, 250_000],
-        flash_times: FAST,
+        flash_times: FlashTimes::SHORT_ERASE,
         ..Options::for_ms(2_000)
     };
     let finished = run_boot(options, Slower::default());
@@ -391,7 +392,7 @@ impl Script for Cuts {
 fn after_a_loss_of_supply_in_any_operation_of_an_update_the_board_runs_a_whole_image() {
     let options = Options {
         contents: requested(&old_image(), &new_image()),
-        flash_times: FAST,
+        flash_times: FlashTimes::SHORT_ERASE,
         ..Options::for_ms(5_000_000)
     };
     let finished = run_boot(options, Cuts::new());

@@ -5,10 +5,11 @@ use board_tests::download::{Answer, Client, IDENTITY, INSTALL, STATUS, send};
 use board_tests::frames::control;
 use board_tests::master::{ENABLED_TICK, PERIODS, driven};
 use board_tests::native::NativeBoard;
-use board_tests::slots::{FAST, actuator_image, installed, requested, run_boot, slot_holds};
+use board_tests::slots::{actuator_image, installed, requested, run_boot, slot_holds};
 use bootloader::{Header, Outcome};
 use canopen::Abort;
 use virtual_board::faults::{Fault, Planned, Trigger};
+use virtual_board::flash::FlashTimes;
 use virtual_board::plant::{BoardPlantOptions, EncoderWire, Stuck};
 use virtual_board::run::{Flow, Options, Script, View};
 
@@ -210,7 +211,7 @@ fn a_program_is_replaced_by_the_next_one_which_it_takes_while_it_holds_the_surfa
     let plant = BoardPlantOptions::default();
     let options = Options {
         contents: installed(&old),
-        flash_times: FAST,
+        flash_times: FlashTimes::SHORT_ERASE,
         plant,
         ..Options::for_ms(60_000)
     };
@@ -290,7 +291,7 @@ fn a_program_that_fails_its_self_test_three_times_is_rolled_back() {
     let (old, new) = (actuator_image("1.0.0"), actuator_image("1.0.1"));
     let options = Options {
         contents: requested(&old, &new),
-        flash_times: FAST,
+        flash_times: FlashTimes::SHORT_ERASE,
         ..Options::for_ms(60_000)
     };
     let script = Trials {

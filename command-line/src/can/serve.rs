@@ -24,7 +24,8 @@ use host_sim::can::server::{Notice, Server};
 /// that the server is ready, lines on standard error report such clients; an interrupt ends it.
 ///
 /// With ELF files the programs run on emulated boards instead, and the server provides the serial
-/// line of the communication board, which has one client at a time: further ones are refused.
+/// line of the communication board, which has one client at a time: further ones are refused. With
+/// --boot-elf the boards start through the bootloader, and `actuator update` works on them.
 #[derive(Debug, Args)]
 pub struct Serve {
     /// Address and port of the server; port 0 selects a free one
@@ -47,6 +48,22 @@ pub struct Serve {
     /// Program of the emulated actuator boards
     #[arg(long, value_name = "FILE", requires = "comm_elf")]
     elf: Option<PathBuf>,
+    /// Bootloader of the emulated actuator boards, which starts the program
+    #[cfg(feature = "board")]
+    #[arg(long, value_name = "FILE", requires = "elf")]
+    boot_elf: Option<PathBuf>,
+    /// Private key that signs the program for the bootloader [default: the development key]
+    #[cfg(feature = "board")]
+    #[arg(long, value_name = "FILE", requires = "boot_elf")]
+    key: Option<PathBuf>,
+    /// Keeps the flash in this file from one start to the next; that of node 2 in FILE.2, and so on
+    #[cfg(feature = "board")]
+    #[arg(long, value_name = "FILE", requires = "boot_elf")]
+    flash: Option<PathBuf>,
+    /// Plan of faults of the first emulated actuator board
+    #[cfg(feature = "board")]
+    #[arg(long, value_name = "PLAN", requires = "elf")]
+    faults: Option<PathBuf>,
     /// Program of the emulated communication board
     #[arg(long, value_name = "FILE", requires = "elf")]
     comm_elf: Option<PathBuf>,
@@ -98,8 +115,14 @@ impl Serve {
 
     #[cfg(feature = "board")]
     fn emulate(&self, actuator: &Path, comm: &Path, stop: &Arc<AtomicBool>) -> Result<(), Error> {
-        use crate::emulated::{self, Programs, TcpServer};
-        let programs = Programs::read(actuator, comm)?;
+        use crate::emulated::{self, BootOptions, Programs, TcpServer};
+        let boot = BootOptions {
+            elf: self.boot_elf.as_deref(),
+            key: self.key.as_deref(),
+            flash: self.flash.as_deref(),
+        };
+        let faults = self.faults.as_deref().map(crate::board::plan).transpose()?;
+        let programs = Programs::read(actuator, comm, &boot, faults.unwrap_or_default())?;
         let plants: Vec<_> = (1..=self.nodes)
             .map(|number| self.plant_options(number))
             .collect();

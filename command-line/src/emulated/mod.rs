@@ -3,6 +3,7 @@
 //! Each board runs its ELF in its own thread; the bus connects them. Clients use the serial
 //! line of the communication board, which has one client at a time.
 
+mod bootloader;
 mod transport;
 
 use std::path::Path;
@@ -14,15 +15,18 @@ use firmware::drive::StoredParameters;
 use firmware::store::first_page;
 use model_core::plant::board::BoardPlantOptions;
 use virtual_board::board::ChipKind;
-use virtual_board::flash::Sector;
+use virtual_board::faults::Planned;
+use virtual_board::flash::{FlashTimes, Sector};
 use virtual_board::run::{
     Attachments, BusConnection, CommOptions, CommView, Firmware, FirmwareError, Flow, Gaps,
-    Options, Reset, SerialScript, SharedBus, View, run_comm, run_with,
+    Options, Reset, SerialScript, SharedBus, run_comm, run_with,
 };
 
+use self::bootloader::{Bootloader, Keeper};
 use crate::bounded::{self, MOST_BUILD};
 use crate::error::Error;
 
+pub use bootloader::BootOptions;
 pub use transport::{TcpServer, Terminal, Transport};
 
 /// Address of the unique device identifier, the source of the serial number (RM0090, section 39.1;
@@ -50,22 +54,32 @@ const FOR_EVER_NS: u64 = u64::MAX / 2;
 /// The programs of the boards.
 pub struct Programs {
     actuator: Firmware,
+    boot: Option<Bootloader>,
+    faults: Vec<Planned>,
     chip: ChipKind,
     comm: Firmware,
 }
 
 impl Programs {
-    /// Reads both ELF files.
+    /// Reads the ELF files. The faults are those of the first board.
     ///
     /// # Errors
     /// For a file that is not the program of its board.
-    pub fn read(actuator: &Path, comm: &Path) -> Result<Self, Error> {
+    pub fn read(
+        actuator: &Path,
+        comm: &Path,
+        boot: &BootOptions<'_>,
+        faults: Vec<Planned>,
+    ) -> Result<Self, Error> {
         let board = |error: FirmwareError| Error::Board(error.to_string());
-        let (actuator, comm) = (firmware(actuator)?, firmware(comm)?);
+        let (program, comm) = (firmware(actuator)?, firmware(comm)?);
         comm.check_comm_board().map_err(board)?;
+        let chip = program.actuator_chip().map_err(board)?;
         Ok(Self {
-            chip: actuator.actuator_chip().map_err(board)?,
-            actuator,
+            boot: Bootloader::read(boot, actuator, chip)?,
+            actuator: program,
+            faults,
+            chip,
             comm,
         })
     }
@@ -141,29 +155,50 @@ fn run_actuator(
     connection: BusConnection,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
+    let contents = identity(programs.chip, number);
+    let boot = programs.boot.as_ref();
     let options = Options {
         chip: programs.chip,
         plant: *plant,
         ports_bit_s: Vec::new(),
-        contents: identity(programs.chip, number),
+        contents: match boot {
+            Some(boot) => boot.flash(number, contents)?,
+            None => contents,
+        },
+        // While the bootloader waits for an erase it executes the instructions of a minute.
+        flash_times: boot.map_or(FlashTimes::TYPICAL, |_| FlashTimes::SHORT_ERASE),
+        faults: match number {
+            1 => programs.faults.clone(),
+            _ => Vec::new(),
+        },
         keeps_trace: false,
         until_ns: FOR_EVER_NS,
         ..Options::for_ms(0)
     };
+    let file = boot.and_then(|boot| boot.file(number));
     let attachments = Attachments {
-        interrupt: Some(Arc::clone(stop)),
+        // A board whose flash is kept ends by itself.
+        interrupt: file.is_none().then(|| Arc::clone(stop)),
         bus: Some(connection),
         ..Attachments::default()
     };
-    let script = |_: &mut View<'_>| Flow::Continue;
-    let finished = run_with(&programs.actuator, options, script, attachments)
-        .map_err(|error| error.to_string())?;
+    let script = Keeper {
+        stop: Arc::clone(stop),
+        file,
+        error: None,
+    };
+    let program = boot.map_or(&programs.actuator, |boot| &boot.firmware);
+    let finished =
+        run_with(program, options, script, attachments).map_err(|error| error.to_string())?;
     report(
         &format!("actuator {number}"),
         &finished.resets,
         &finished.gaps,
     );
-    Ok(())
+    match finished.script.error {
+        Some(error) => Err(error.to_string()),
+        None => Ok(()),
+    }
 }
 
 /// Memory contents that set the number of a board: stored parameters, in the first sector of bank 2

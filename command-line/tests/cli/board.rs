@@ -143,11 +143,17 @@ impl Chain {
 
     /// With this program of the actuator boards.
     fn of(program: &Path) -> Self {
+        Self::with(program, &[])
+    }
+
+    /// With these options besides.
+    fn with(program: &Path, options: &[&str]) -> Self {
         let mut process = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
             .args(["serve", "--listen", "127.0.0.1:0", "--elf"])
             .arg(program)
             .arg("--comm-elf")
             .arg(cross_build::comm_board_elf())
+            .args(options)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -209,6 +215,58 @@ fn the_program_of_each_chip_runs_on_its_chip() {
             .expect("a number");
         assert!((19_000..21_000).contains(&mdeg), "{text}");
     }
+}
+
+/// The identity of the program that runs (1F56h).
+fn identity(cli: &Cli, chain: &Chain) -> String {
+    let output = cli
+        .actuator(&format!("get 1F56:1 --bus {}", chain.address))
+        .assert()
+        .success();
+    String::from_utf8_lossy(&output.get_output().stdout).into_owned()
+}
+
+#[test]
+fn a_served_board_is_updated_through_its_bootloader_and_keeps_its_flash() {
+    let cli = Cli::new();
+    let flash = cli.path("flash.bin");
+    let (boot, flash_name) = (cross_build::boot_elf(), flash.display().to_string());
+    let options = [
+        "--boot-elf",
+        boot.to_str().expect("UTF-8"),
+        "--flash",
+        &flash_name,
+    ];
+    let mut chain = Chain::with(cross_build::board_elf(), &options);
+    let before = identity(&cli, &chain);
+    let program = cross_build::board_elf().display();
+    cli.actuator(&format!(
+        "image sign {program} --version 9.0.0 --out new.img"
+    ))
+    .assert()
+    .success();
+    let update = format!("update new.img --bus {}", chain.address);
+    cli.actuator(&update)
+        .timeout(Duration::from_secs(300))
+        .assert()
+        .success();
+    let after = identity(&cli, &chain);
+    assert_ne!(after, before);
+    let pid = chain.process.id().to_string();
+    let killed = Command::new("kill").args(["-INT", &pid]).status();
+    assert!(killed.is_ok_and(|status| status.success()));
+    assert_eq!(chain.process.wait().expect("it ends").code(), Some(0));
+    let chain = Chain::with(cross_build::board_elf(), &options);
+    assert_eq!(identity(&cli, &chain), after);
+    // An image of an earlier version is refused.
+    cli.actuator(&format!(
+        "image sign {program} --version 8.0.0 --out old.img"
+    ))
+    .assert()
+    .success();
+    cli.actuator(&format!("update old.img --bus {}", chain.address))
+        .assert()
+        .failure();
 }
 
 #[test]

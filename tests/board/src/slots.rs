@@ -6,7 +6,6 @@ use bootloader::layout::STM32F427;
 use bootloader::{ACTUATOR_BOARD, HEADER_SIZE, Header, State, Version};
 use cross_build::{board_elf, boot_elf};
 use program_image::signed::{Description, development_key, sign, sign_elf};
-use virtual_board::flash::{EraseTimes, FlashTimes};
 use virtual_board::run::{Finished, Firmware, Options, Script, View, run};
 
 /// Where the programs of the images write their mark.
@@ -25,18 +24,6 @@ pub fn firmware() -> &'static Firmware {
     static FIRMWARE: OnceLock<Firmware> = OnceLock::new();
     FIRMWARE.get_or_init(|| Firmware::read(boot_elf()).expect("an ELF file"))
 }
-
-/// A flash that erases in no time: while the bootloader waits for an erase, it executes a hundred
-/// million instructions.
-pub const FAST: FlashTimes = FlashTimes {
-    program_ns: FlashTimes::TYPICAL.program_ns,
-    erase: EraseTimes {
-        small_ms: [1; 3],
-        medium_ms: [1; 3],
-        large_ms: [1; 3],
-        bank_ms: [1; 3],
-    },
-};
 
 /// Runs the bootloader with this script, and asserts that the emulation had no gap.
 ///

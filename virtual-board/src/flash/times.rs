@@ -47,6 +47,18 @@ impl FlashTimes {
         },
     };
 
+    /// The data sheet's typical values, but for erase operations of a millisecond: a program that
+    /// waits for an erase executes a hundred million instructions meanwhile.
+    pub const SHORT_ERASE: Self = Self {
+        program_ns: Self::TYPICAL.program_ns,
+        erase: EraseTimes {
+            small_ms: [1; 3],
+            medium_ms: [1; 3],
+            large_ms: [1; 3],
+            bank_ms: [1; 3],
+        },
+    };
+
     /// Duration of the erase of a sector of this size at this parallelism, `CR.PSIZE`, ns.
     pub(super) fn sector_ns(&self, size: u64, parallelism: usize) -> u64 {
         let row = match size >> 10 {
