@@ -17,7 +17,7 @@ struct Pin {
     function: Option<u32>,
     /// PUPDR: 1 up, 2 down.
     pull: u32,
-    /// OSPEEDR: 2 high.
+    /// OSPEEDR: 2 high, 3 very high.
     speed: u32,
     /// LCKR: its bit and that of the key are set.
     is_locked: bool,
@@ -29,6 +29,9 @@ const COMM: &str = "\n## The communication board\n";
 
 /// The pin to the CAN transceiver needs edges of less than 100 ns.
 const FAST: &str = "PD1";
+
+/// The clock of the encoder: a late feedback of its edges may corrupt the last bit of a byte (ES0206).
+const FASTEST: &str = "PA5";
 
 /// The rows of the page's table of pins behind a heading: function, pins, connector, peripheral,
 /// pulls, outside.
@@ -65,7 +68,11 @@ fn page(heading: &str) -> Vec<Pin> {
                 "down" => 2,
                 _ => 0,
             },
-            speed: if name == FAST { 2 } else { 0 },
+            speed: match name {
+                FAST => 2,
+                FASTEST => 3,
+                _ => 0,
+            },
             is_locked: true,
         }));
     }

@@ -140,7 +140,7 @@ pub struct ProcessorPin {
     pub direction: String,
     /// Internal resistor: `up`, `down` or none.
     pub pull: String,
-    /// Edges: `low` or `high` speed.
+    /// Edges: `low`, `high` or `very high` speed.
     pub speed: String,
     /// What is connected to it, in words.
     pub outside: String,

@@ -19,7 +19,7 @@ pub const PINS: [Pin; 16] = [
     // Encoder CSn: output.
     (b'A', 4, Mode::Output, Pull::None),
     // Encoder CLK: SPI1_SCK.
-    (b'A', 5, Mode::Alternate(5), Pull::None),
+    (b'A', 5, Mode::FastestAlternate(5), Pull::None),
     // Encoder DO: SPI1_MISO.
     (b'A', 6, Mode::Alternate(5), Pull::Down),
     // Motor current: ADC1_IN3.

@@ -16,6 +16,11 @@ pub enum Mode {
     Alternate(u8),
     /// Alternate function with edges below 100 ns.
     FastAlternate(u8),
+    /// Alternate function with the fastest edges: the clock of an SPI master whose bus runs at 84
+    /// MHz, which may otherwise read the last bit of a frame wrongly (ES0206, corrupted last bit of
+    /// data in master mode with delayed SCK feedback).
+    #[allow(dead_code, reason = "the communication board has no SPI")]
+    FastestAlternate(u8),
     #[allow(dead_code, reason = "the communication board has no analog pin")]
     Analog,
 }
@@ -45,6 +50,9 @@ const PUPDR: u32 = 0x0c;
 const LCKR: u32 = 0x1c;
 const AFR: u32 = 0x20;
 
+/// Very high speed in OSPEEDR, of both chips.
+const VERY_HIGH: u32 = 0b11;
+
 /// LCKK of LCKR.
 const LOCK_KEY: u32 = 1 << 16;
 
@@ -56,9 +64,13 @@ pub fn set_up_pins(pins: &[Pin]) {
         write_field(port + PUPDR, 2, number, pull as u32);
         let mode = match mode {
             Mode::Output => 0b01,
-            Mode::Alternate(function) | Mode::FastAlternate(function) => {
-                if matches!(mode, Mode::FastAlternate(_)) {
-                    write_field(port + OSPEEDR, 2, number, HIGH_SPEED);
+            Mode::Alternate(function)
+            | Mode::FastAlternate(function)
+            | Mode::FastestAlternate(function) => {
+                match mode {
+                    Mode::FastAlternate(_) => write_field(port + OSPEEDR, 2, number, HIGH_SPEED),
+                    Mode::FastestAlternate(_) => write_field(port + OSPEEDR, 2, number, VERY_HIGH),
+                    _ => {}
                 }
                 let word = u32::from(number / 8);
                 write_field(port + AFR + 4 * word, 4, number % 8, function.into());

@@ -125,6 +125,9 @@ pub(super) fn figures(design: &Design) -> String {
 /// Mode of a pin, as `setup::Mode`.
 fn mode(pin: &ProcessorPin) -> String {
     match (pin.alternate, pin.mode.as_str()) {
+        (Some(number), _) if pin.speed == "very high" => {
+            format!("Mode::FastestAlternate({number})")
+        }
         (Some(number), _) if pin.speed == "high" => format!("Mode::FastAlternate({number})"),
         (Some(number), _) => format!("Mode::Alternate({number})"),
         (None, "analog") => "Mode::Analog".to_owned(),
