@@ -85,6 +85,7 @@ impl<'a> Device<'a> {
     /// Takes a frame from the bus.
     pub fn receive(&mut self, frame: &impl Frame, now_us: u64) {
         self.update_node_id();
+        self.drive.has_queued = false;
         self.node.receive(frame, now_us, &mut self.drive);
     }
 
@@ -118,6 +119,7 @@ impl<'a> Device<'a> {
             self.node.object_changed(Address::new(0x6041, 0));
         }
         self.update_node_id();
+        self.drive.has_queued = false;
         self.node.tick(now_us, &mut self.drive);
         self.drive.prepare_sample();
     }

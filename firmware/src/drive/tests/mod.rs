@@ -4,6 +4,7 @@ extern crate std;
 
 mod bus_errors;
 mod enabling;
+mod events;
 mod failsafe;
 mod limits;
 mod motion;
