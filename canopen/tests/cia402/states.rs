@@ -98,6 +98,28 @@ fn every_transition_matches_the_standard() {
 }
 
 #[test]
+fn with_bit_7_set_a_controlword_gives_no_power_and_may_remove_it() {
+    use Cia402State::{OperationEnabled, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn};
+    for state in [
+        SwitchOnDisabled,
+        ReadyToSwitchOn,
+        SwitchedOn,
+        OperationEnabled,
+    ] {
+        for command in [SHUTDOWN, SWITCH_ON, ENABLE] {
+            let mut machine = in_state(state);
+            for _ in 0..2 {
+                machine.step(FAULT_RESET | command, READY, &options());
+            }
+            assert_eq!(machine.state(), state, "{command:#X}");
+        }
+    }
+    let mut machine = in_state(OperationEnabled);
+    machine.step(FAULT_RESET | QUICK_STOP, READY, &options());
+    assert_eq!(machine.state(), Cia402State::QuickStopActive);
+}
+
+#[test]
 fn a_fault_enters_the_fault_state_from_every_state() {
     for state in [
         Cia402State::NotReadyToSwitchOn,

@@ -204,7 +204,7 @@ fn a_full_queue_is_visible() {
 }
 
 fn write_strategy() -> impl Strategy<Value = Write> {
-    let words = vec![0, 2, 6, 7, 0xF, 0x80, 0x10F];
+    let words = vec![0, 2, 6, 7, 0xF, 0x80, 0x86, 0x8F, 0x10F];
     prop_oneof![
         4 => prop::sample::select(words).prop_map(Control),
         1 => prop::sample::select(vec![1_i8, 3, 8, 9]).prop_map(Mode),
