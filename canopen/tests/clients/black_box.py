@@ -85,14 +85,14 @@ class Network(Bench):
 
     def test_only_valid_nmt_commands_are_executed(self):
         self.sdo.download(0x1017, 0, struct.pack("<H", 10))
-        for command in ([1, 2], [1], [1, 1, 0], [0, 1], [5, 1], [127, 1], [1, 128], [1, 129], [129, 2]):
+        for command in ([1, 2], [1], [1, 2, 1], [0, 1], [5, 1], [127, 1], [1, 128], [1, 129], [129, 2]):
             self.wire.send(0, bytes(command))
             self.assertEqual(self.state_after_all_frames(), 127, command)
         self.wire.send(0, remote=True, length=2)
         self.wire.send(0, bytes([1, 1]), extended=True)
         self.assertEqual(self.state_after_all_frames(), 127)
         # Each command changes the state.
-        for command, state in ([1, 1], 5), ([128, 0], 127), ([1, 0], 5), ([2, 1], 4), ([1, 1], 5), ([128, 1], 127), ([2, 0], 4):
+        for command, state in ([1, 1], 5), ([128, 0, 0, 0, 0, 0, 0, 0], 127), ([1, 0], 5), ([2, 1], 4), ([1, 1], 5), ([128, 1], 127), ([2, 0], 4):
             with self.subTest(command):
                 self.wire.send(0, bytes(command))
                 self.expect_frame(0x701, [state])

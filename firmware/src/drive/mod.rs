@@ -73,6 +73,8 @@ pub struct Drive<'a> {
     pub messages: Messages,
     /// What the loop has reported last.
     outputs: Outputs,
+    /// Faults of which the node has sent an EMCY since its reset.
+    reported: FaultSet,
     capture: Capture<'a>,
     values: ObjectValues,
     model: MotorModel,
@@ -107,6 +109,7 @@ impl<'a> Drive<'a> {
                 excitation: Checked::new(ExcitationRequest::NONE),
             },
             outputs: outputs_at_start(&stored.board),
+            reported: FaultSet::EMPTY,
             capture: Capture::new(buffer),
             model: MotorModel::default(),
             store: ParameterStore::new(stored),
@@ -163,6 +166,7 @@ impl<'a> Drive<'a> {
         let stored = self.store.stored();
         self.values = *stored.values();
         self.outputs = outputs_at_start(&stored.board);
+        self.reported = FaultSet::EMPTY;
         self.messages.parameters.update(|parameters| {
             *parameters = LoopParameters {
                 number: parameters.number.wrapping_add(1),

@@ -199,6 +199,9 @@ fn a_full_queue_is_visible() {
     assert!(answers.iter().all(|answer| answer[0] == 0x60));
     let refused = [0x80, 0x40, 0x60, 0, 0x22, 0, 0, 0x08];
     assert_eq!([write(15), write(17)], [refused; 2]);
+    // By RPDO 1, of 6040h and 607Ah.
+    bench.send(0x201, &[6, 0x80, 0, 0, 0, 0]);
+    assert!(bench.emergencies().contains(&(0x8200, 1)));
     bench.steps(15);
     bench.control(6);
 }
