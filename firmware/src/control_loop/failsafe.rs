@@ -1,8 +1,8 @@
 //! The reaction to the loss of the master.
 //!
-//! In the cyclic modes the master sends commands periodically: a pause of more than 2040h:1,
-//! counted from the transition to Operation enabled or the change to a cyclic mode, is a loss of
-//! the master. In every mode a missing heartbeat is a loss, and so is the NMT state Stopped.
+//! In the cyclic modes the master sends commands periodically: from the first one after the
+//! transition to Operation enabled, or the change to a cyclic mode, a pause of more than 2040h:1 is
+//! a loss of the master. In every mode a missing heartbeat is a loss, and so is the NMT state Stopped.
 //! 2040h:2 selects the reaction:
 //!
 //! | 2040h:2 | reaction |
@@ -21,8 +21,7 @@ use canopen::cia402::Cia402State;
 /// State of the supervision of the master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Failsafe {
-    /// Control periods since the last cyclic command, or since operation was enabled in a cyclic
-    /// mode.
+    /// Control periods since the last cyclic command, and one more; 0 before the first.
     silent: u16,
     /// The network reports a loss: heartbeat, or the NMT state Stopped.
     lost: bool,
@@ -33,7 +32,7 @@ pub(super) struct Failsafe {
 impl Failsafe {
     /// Registers a cyclic command.
     pub fn commanded(&mut self) {
-        self.silent = 0;
+        self.silent = 1;
     }
 
     /// Registers whether the network reports a loss.
@@ -77,12 +76,12 @@ impl State {
         let timeout_ms = parameters.board.command.command_timeout_ms;
         // An excitation needs no commands; after it the timeout starts again.
         let is_exciting = !self.is_commanded();
-        self.failsafe.silent = if is_cyclic && !is_exciting {
-            self.failsafe.silent.saturating_add(1)
-        } else {
-            0
+        self.failsafe.silent = match self.failsafe.silent {
+            0 => 0,
+            _ if is_exciting => 1,
+            silent => silent.saturating_add(1),
         };
-        let is_silent = timeout_ms > 0 && self.failsafe.silent > periods(timeout_ms);
+        let is_silent = timeout_ms > 0 && self.failsafe.silent > periods(timeout_ms) + 1;
         if !self.failsafe.lost && !is_silent {
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;
