@@ -127,7 +127,7 @@ impl StateMachine {
         self.state
     }
 
-    /// Performs at most one transition; returns the action in this period.
+    /// Performs at most one transition, or 3 and 4 together; returns the action in this period.
     pub fn step(&mut self, word: u16, conditions: Conditions, options: &Options) -> Motion {
         let reset = word & controlword::FAULT_RESET != 0;
         let resets = reset && !self.reset_bit;
@@ -196,7 +196,8 @@ impl StateMachine {
         use Command::{DisableVoltage, EnableOperation, QuickStop, Shutdown, SwitchOn};
         self.state = match (self.state, command) {
             (SwitchOnDisabled, Shutdown) => ReadyToSwitchOn, // 2
-            (ReadyToSwitchOn, SwitchOn | EnableOperation) if conditions.voltage => SwitchedOn, // 3
+            (ReadyToSwitchOn, SwitchOn) if conditions.voltage => SwitchedOn, // 3
+            (ReadyToSwitchOn, EnableOperation) if conditions.voltage => OperationEnabled, // 3, 4
             (SwitchedOn, EnableOperation) => OperationEnabled, // 4
             (SwitchedOn, Shutdown) => ReadyToSwitchOn,       // 6
             (ReadyToSwitchOn | SwitchedOn, QuickStop | DisableVoltage) => SwitchOnDisabled, // 7, 10

@@ -81,7 +81,7 @@ fn every_transition_matches_the_standard() {
     let table = [
         (NotReady, [Sod, Sod, Sod, Sod, Sod, Sod]),
         (Sod, [Rtso, Sod, Sod, Sod, Sod, Sod]),
-        (Rtso, [Rtso, On, On, Sod, Sod, Sod]),
+        (Rtso, [Rtso, On, Enabled, Sod, Sod, Sod]),
         (On, [Rtso, On, Enabled, Sod, Sod, Sod]),
         (Enabled, [Rtso, On, Enabled, Sod, Quick, Sod]),
         (Quick, [Quick, Quick, Enabled, Sod, Quick, Sod]),

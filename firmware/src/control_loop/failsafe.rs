@@ -1,8 +1,8 @@
 //! The reaction to the loss of the master.
 //!
 //! In the cyclic modes the master sends commands periodically: from the first one after the
-//! transition to Operation enabled, or the change to a cyclic mode, a pause of more than 2040h:1 is
-//! a loss of the master. In every mode a missing heartbeat is a loss, and so is the NMT state Stopped.
+//! transition to Operation enabled, the change to a cyclic mode, or a halt, a pause of more than
+//! 2040h:1 is a loss of the master. In every mode a missing heartbeat is a loss, and so is the NMT state Stopped.
 //! 2040h:2 selects the reaction:
 //!
 //! | 2040h:2 | reaction |
@@ -16,7 +16,7 @@ use crate::{
     application::{CommandSource, Request},
     timing::periods,
 };
-use canopen::cia402::Cia402State;
+use canopen::cia402::{Cia402State, controlword};
 
 /// State of the supervision of the master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -66,7 +66,9 @@ impl State {
         let is_enabled = self.axis.state() == Cia402State::OperationEnabled;
         let is_cyclic = self.command.mode.is_cyclic();
         let is_bus = self.application.selected_source() == CommandSource::Bus;
-        if !is_cyclic || !is_enabled || !is_bus {
+        // After a halt the axis waits for a target, as after enabling.
+        let is_halted = self.command.control & controlword::HALT != 0;
+        if !is_cyclic || !is_enabled || !is_bus || is_halted {
             self.failsafe.silent = 0;
         }
         if !is_enabled || !is_bus {

@@ -65,7 +65,8 @@ impl Drive<'_> {
         Ok(())
     }
 
-    /// Changes the command to the loop. Refused while too many are queued.
+    /// Changes the command to the loop. While too many are queued, an SDO waits and an RPDO is
+    /// refused.
     fn command(&mut self, object: DriveCommand, value: u64) -> Result<(), Abort> {
         let before = self.messages.commands.unverified().number();
         let mut command = *self.messages.commands.unverified().newest();
@@ -83,7 +84,7 @@ impl Drive<'_> {
         let mut is_accepted = true;
         commands.update(|it| is_accepted = it.set(&command, joins, taken));
         self.has_queued |= commands.unverified().number() != before;
-        is_accepted.then_some(()).ok_or(Abort::DeviceState)
+        is_accepted.then_some(()).ok_or(Abort::NoResource)
     }
 
     /// Switches the source of the commands. At standstill it is the source after a reset too, once

@@ -25,10 +25,10 @@ struct Master {
 }
 
 impl Master {
-    /// RPDOs 1 to 3 each have one object.
+    /// RPDOs 1 to 3 each have one object; by default 2 and 3 have 6040h too.
     fn new(uses_pdo: bool) -> Self {
         let mut bench = Bench::new();
-        for (rpdo, object) in [(0_u16, 0x6040_0010), (1, 0x6060_0008), (2, 0x607A_0020)] {
+        for (rpdo, object) in [(1_u16, 0x6060_0008), (2, 0x607A_0020)] {
             let (parameters, mapping) = (0x1400 + rpdo, 0x1600 + rpdo);
             let id = 0x201 + 0x100 * u32::from(rpdo);
             bench.set(parameters, 1, id | 1 << 31, 4);
@@ -131,17 +131,12 @@ fn a_sequence_right_behind_the_boot_up_enables() {
         let mut master = Master::new(false);
         master.bench.send(0, &[129, 1]);
         master.bench.send(0, &[1, 1]);
-        master.uses_pdo = uses_pdo && spacing_us > 0;
+        master.uses_pdo = uses_pdo;
         master.write_all(&[6, 7, 15].map(Control), spacing_us);
         // Less than the time-out of commands, which is that of the power-on.
         master.wait(PAUSE_US / 2);
-        // The mapping is that of the power-on: an RPDO of two bytes is too short.
-        let expected = if master.uses_pdo {
-            Cia402State::SwitchOnDisabled
-        } else {
-            Cia402State::OperationEnabled
-        };
-        assert_eq!(master.state(), expected, "{spacing_us} us");
+        let state = master.state();
+        assert_eq!(state, Cia402State::OperationEnabled, "{spacing_us} us");
     }
 }
 
@@ -188,22 +183,25 @@ fn cases() -> impl Iterator<Item = (bool, u64)> {
 }
 
 #[test]
-fn a_full_queue_is_visible() {
+fn with_a_full_queue_an_sdo_waits_and_an_rpdo_is_refused_with_an_emcy() {
     let mut bench = Bench::new();
     // Each differs from the one before in a bit that means nothing.
-    let mut write = |count: u8| {
+    for count in 0..16 {
+        bench.received.clear();
         bench.send(0x601, &[0x2B, 0x40, 0x60, 0, 6, 0x80 * (count % 2), 0, 0]);
-        bench.received.last().expect("an answer").bytes()
-    };
-    let answers: Vec<_> = (0..15).map(&mut write).collect();
-    assert!(answers.iter().all(|answer| answer[0] == 0x60));
-    let refused = [0x80, 0x40, 0x60, 0, 0x22, 0, 0, 0x08];
-    assert_eq!([write(15), write(17)], [refused; 2]);
-    // By RPDO 1, of 6040h and 607Ah.
-    bench.send(0x201, &[6, 0x80, 0, 0, 0, 0]);
-    assert!(bench.emergencies().contains(&(0x8200, 1)));
-    bench.steps(15);
+        assert_eq!(bench.received.len(), usize::from(count < 15), "{count}");
+    }
+    bench.send(0x201, &[7, 0]);
+    assert_eq!(bench.emergencies(), [(0x8200, 1)]);
+    bench.step();
+    let answer = bench
+        .received
+        .iter()
+        .find(|frame| frame.raw_id().0 == 0x581);
+    assert_eq!(answer.expect("room for one").bytes()[0], 0x60);
+    bench.steps(16);
     bench.control(6);
+    assert_eq!(bench.status() & 0x6F, 0x21);
 }
 
 fn write_strategy() -> impl Strategy<Value = Write> {
@@ -211,6 +209,8 @@ fn write_strategy() -> impl Strategy<Value = Write> {
     prop_oneof![
         4 => prop::sample::select(words).prop_map(Control),
         1 => prop::sample::select(vec![1_i8, 3, 8, 9]).prop_map(Mode),
+        // At rest, but a target: bit 12 of the statusword.
+        1 => Just(Position(0)),
     ]
 }
 
@@ -242,7 +242,7 @@ proptest! {
                 master.wait(if is_slow { PAUSE_US } else { *spacing_us });
             }
             master.wait(PAUSE_US);
-            (master.state(), master.bench.get(0x6061, 0))
+            (master.state(), master.bench.status(), master.bench.get(0x6061, 0))
         };
         prop_assert_eq!(run(false), run(true));
     }

@@ -134,7 +134,7 @@ fn an_excitation_needs_no_commands_and_restarts_the_timeout() {
 }
 
 #[test]
-fn the_timeout_of_commands_runs_from_the_first_one_after_enabling() {
+fn the_timeout_of_commands_runs_from_the_first_one_after_enabling_or_a_halt() {
     for mode in [8, 9] {
         let mut bench = Bench::new();
         bench.set(0x6060, 0, mode, 1);
@@ -142,7 +142,14 @@ fn the_timeout_of_commands_runs_from_the_first_one_after_enabling() {
         bench.enable();
         bench.steps(100);
         assert_eq!(bench.status() & 0x6F, 0x27, "no command yet");
-        bench.set(if mode == 8 { 0x607A } else { 0x60FF }, 0, 0, 4);
+        let target = if mode == 8 { 0x607A } else { 0x60FF };
+        bench.set(target, 0, 0, 4);
+        bench.control(0x10F);
+        bench.steps(100);
+        bench.control(0x0F);
+        bench.steps(100);
+        assert_eq!(bench.status() & 0x6F, 0x27, "no command since the halt");
+        bench.set(target, 0, 0, 4);
         bench.received.clear();
         bench.steps(25);
         assert!(bench.emergencies().is_empty(), "mode {mode}");
