@@ -37,5 +37,8 @@ printf '\n-- CANopen: every entry of the EDS, and invalid requests\n'
 printf '\n-- CANopen: no motion that was not commanded\n'
 "$venv/bin/python" canopen/tests/clients/commanded_motion.py target/debug/actuator
 
+printf '\n-- CANopen: the sequence of the driver of ros2_canopen\n'
+"$venv/bin/python" canopen/tests/clients/ros2.py target/debug/actuator docs/smart-actuator.eds
+
 printf '\n-- CANopen: a network as dcfgen configures it for a Lely master\n'
 "$venv/bin/python" canopen/tests/clients/lely.py target/debug/actuator docs/smart-actuator.eds

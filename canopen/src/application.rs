@@ -126,7 +126,9 @@ pub trait Application {
     ///
     /// # Errors
     ///
-    /// The reason for which the value is refused; the object must be unchanged.
+    /// The reason for which the value is refused; the object must be unchanged. With
+    /// [`Abort::NoResource`] an SDO is not refused: its reply waits, and the write is repeated with
+    /// each [`Node::tick`](crate::Node::tick).
     fn write(&mut self, entry: &Entry, value: u64) -> Result<(), Abort>;
 
     /// Whether objects marked [`guarded`](crate::dictionary::Entry::guarded) are write-protected

@@ -32,6 +32,8 @@ impl ErrorCode {
     pub const BUS_OFF_RECOVERED: Self = Self(0x8140);
     /// PDO not processed due to length error.
     pub const PDO_LENGTH: Self = Self(0x8210);
+    /// Protocol error: an RPDO has a value that its object refuses.
+    pub const PDO_VALUE: Self = Self(0x8200);
     /// Unexpected SYNC data length.
     pub const SYNC_LENGTH: Self = Self(0x8240);
     /// RPDO timeout.
@@ -43,9 +45,10 @@ impl ErrorCode {
 const FIRST_APPLICATION_INSTANCE: u8 = 128;
 
 /// Errors of the server that a reset communication clears.
-const CLEARED_BY_RESET: [ErrorCode; 4] = [
+const CLEARED_BY_RESET: [ErrorCode; 5] = [
     ErrorCode::HEARTBEAT,
     ErrorCode::PDO_LENGTH,
+    ErrorCode::PDO_VALUE,
     ErrorCode::SYNC_LENGTH,
     ErrorCode::RPDO_TIMEOUT,
 ];

@@ -171,7 +171,10 @@ impl<A: Application, const R: usize, const T: usize> sdo::ObjectAccess for Objec
         match (address.index, address.sub) {
             (0x1010, 1..) => self.store(address.sub, value as u32),
             (0x1011, 1..) => self.restore(address.sub, value as u32),
-            _ => Poll::Ready(self.write_number(entry, value)),
+            _ => match self.write_number(entry, value) {
+                Err(Abort::NoResource) => Poll::Pending,
+                done => Poll::Ready(done),
+            },
         }
     }
 

@@ -38,12 +38,12 @@ fn telemetry_is_sent_each_tick_and_status_at_50_hz() {
     }
 }
 
-/// Moves RPDO 1 to an identifier of 29 bits, while many frames are sent to other nodes.
+/// Moves RPDO 3 to an identifier of 29 bits, while many frames are sent to other nodes.
 fn moved(tick: u64) -> Vec<Frame> {
     let foreign = || standard(0x205, &[0; 6]);
     match tick {
-        50 => vec![write(0x1400, 1, 0x8000_0201, 4)],
-        55 => vec![write(0x1400, 1, 0x2012_3456, 4)],
+        50 => vec![write(0x1402, 1, 0x8000_0401, 4)],
+        55 => vec![write(0x1402, 1, 0x2012_3456, 4)],
         20..40 => driven(tick, 0),
         60..200 if tick.is_multiple_of(5) => vec![moved_control(20_000), foreign(), foreign()],
         // The old identifier is ignored.
@@ -53,7 +53,7 @@ fn moved(tick: u64) -> Vec<Frame> {
     }
 }
 
-/// RPDO 1 with its other identifier.
+/// RPDO 3 with its other identifier.
 fn moved_control(mdeg: i32) -> Frame {
     let data = control(0x0f, mdeg).bytes();
     Frame::raw(0x12_3456, true, false, 6, data).expect("a frame")

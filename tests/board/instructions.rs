@@ -1,7 +1,7 @@
 //! Instructions of a control period, counted between entry and return of its handlers.
 
 use board_tests::frames::{
-    Frame, control, faults, is_operation_enabled, standard, statuswords, write, write_real,
+    Frame, control, faults, is_operation_enabled, mode, statuswords, velocity, write, write_real,
 };
 use board_tests::master::{ENABLED_TICK, Master, driven, to_and_fro};
 use board_tests::program::{LOOP_PRIORITY, firmware, handlers, run_master, run_script};
@@ -234,22 +234,22 @@ const WITH_A_STOP: u64 = 8_600;
 /// limits, and changes of mode while the shaft turns.
 fn modes(tick: u64) -> Vec<Frame> {
     let since = tick.saturating_sub(100);
-    let mode = MODES[(since / 250) as usize % 4];
+    let code = MODES[(since / 250) as usize % 4];
     let sign = if (since / 100).is_multiple_of(2) {
         1
     } else {
         -1
     };
-    let [a, b, c, d] = (sign * 250_000_i32).to_le_bytes();
     // A new set-point in profile position mode, in the other modes no bit of theirs.
-    let word = if mode == 1 && tick.is_multiple_of(10) {
+    let word = if code == 1 && tick.is_multiple_of(10) {
         0x3f
     } else {
         0x0f
     };
     match tick {
         100.. if tick.is_multiple_of(5) => vec![
-            standard(0x301, &[a, b, c, d, mode]),
+            mode(word, code as i8),
+            velocity(word, sign * 250_000),
             control(word, sign * 40_000),
         ],
         100.. => Vec::new(),

@@ -22,7 +22,7 @@ fn master() -> Port {
     for (ms, word) in (ENABLED_MS..END_MS).step_by(20).zip(words) {
         for (node, deg) in (1..).zip(ANGLES_DEG) {
             let data = control(word, deg * 1000).bytes();
-            let frame = standard(0x200 + node, &data[..6]);
+            let frame = standard(0x400 + node, &data[..6]);
             port.send(ms * 1_000_000, to_wire(&frame));
         }
     }

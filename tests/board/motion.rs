@@ -1,6 +1,6 @@
 //! No motion that was not commanded, position limits and the reported velocity, on the board.
 
-use board_tests::frames::{Frame, control, faults, start, statuswords, target, write};
+use board_tests::frames::{Frame, control, faults, start, statuswords, velocity, write};
 use board_tests::program::run_master;
 use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Finished, Options};
@@ -32,7 +32,8 @@ fn enabled(mode: u8, tick: u64) -> Vec<Frame> {
     }
 }
 
-/// To 50 deg by a profile, off, and on again in cyclic synchronous position mode with target 0.
+/// To 50 deg by a profile, off, and on again in cyclic synchronous position mode with target 0;
+/// then a single command.
 fn enabled_away_from_its_target(tick: u64) -> Vec<Frame> {
     match tick {
         40 => vec![control(0x1f, 50_000)],
@@ -42,6 +43,7 @@ fn enabled_away_from_its_target(tick: u64) -> Vec<Frame> {
         320 => vec![control(0x06, 0)],
         322 => vec![control(0x07, 0)],
         324 => vec![control(0x0f, 0)],
+        340 => vec![control(0x0f, 50_000)],
         _ => enabled(1, tick),
     }
 }
@@ -62,9 +64,9 @@ fn enabling_at_50_deg_with_target_0_holds_the_angle_and_misses_the_commands() {
     let [(at_ns, COMMAND_TIMEOUT)] = faults[..] else {
         panic!("{faults:?}");
     };
-    // 100 ms from enabling on, and the turn that reports it; ticks begin about 10 ms after
+    // 100 ms from the first command on, and the turn that reports it; ticks begin about 10 ms after
     // power-on.
-    let after_ms = (at_ns / 1_000_000).saturating_sub(324 * 4);
+    let after_ms = (at_ns / 1_000_000).saturating_sub(340 * 4);
     assert!((100..=122).contains(&after_ms), "{after_ms} ms");
 }
 
@@ -78,7 +80,7 @@ fn a_velocity_into_the_position_limit_stops_at_it() {
             };
             let finished = run_master(options, move |tick| match tick {
                 24 | 26 => Vec::new(),
-                40.. if tick.is_multiple_of(5) => vec![target(sign * 250_000, mode as i8)],
+                40.. if tick.is_multiple_of(5) => vec![velocity(0x0f, sign * 250_000)],
                 _ => enabled(mode, tick),
             });
             assert_eq!(faults(&finished), [], "mode {mode}");
@@ -92,15 +94,15 @@ fn a_velocity_into_the_position_limit_stops_at_it() {
 
 #[test]
 fn a_velocity_is_reached_once_and_stays_so_on_the_board() {
-    for velocity in [40_000_i32, 200_000, -100_000] {
+    for mdeg_s in [40_000_i32, 200_000, -100_000] {
         // 150 deg, before the hard stop at 180 deg.
-        let ms = 150_000_000 / u64::from(velocity.unsigned_abs());
+        let ms = 150_000_000 / u64::from(mdeg_s.unsigned_abs());
         let options = Options {
             plant: BoardPlantOptions::realistic(3),
             ..Options::for_ms(160 + ms.min(2_000))
         };
         let finished = run_master(options, move |tick| match tick {
-            40 => vec![target(velocity, 3)],
+            40 => vec![velocity(0x0f, mdeg_s)],
             _ => enabled(3, tick),
         });
         assert_eq!(faults(&finished), []);
@@ -110,6 +112,6 @@ fn a_velocity_is_reached_once_and_stays_so_on_the_board() {
             .map(|(_, word)| word & TARGET_REACHED != 0)
             .collect();
         let changes = reached.windows(2).filter(|pair| pair[0] != pair[1]).count();
-        assert_eq!((changes, reached.last()), (1, Some(&true)), "{velocity}");
+        assert_eq!((changes, reached.last()), (1, Some(&true)), "{mdeg_s}");
     }
 }

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use board_tests::flips::{loop_flip, program_flip};
-use board_tests::frames::{Frame, control, faults, start, target, write};
+use board_tests::frames::{Frame, control, faults, mode, start, velocity, write};
 use board_tests::master::{ENABLED_TICK, driven};
 use board_tests::program::run_master;
 use firmware::faults::{Fault as Reported, Reaction, TABLE};
@@ -46,11 +46,11 @@ fn full_rate(tick: u64, brake_faults: Option<u32>) -> Vec<Frame> {
             .map(|faults| write(0x2100, 25, faults, 4))
             .into_iter()
             .collect(),
-        28 => vec![target(0, 9)],
+        28 => vec![mode(0, 9)],
         30 => vec![control(0x06, 0)],
         32 => vec![control(0x07, 0)],
         34 => vec![control(0x0f, 0)],
-        ENABLED_TICK.. if tick.is_multiple_of(5) => vec![target(400_000, 9)],
+        ENABLED_TICK.. if tick.is_multiple_of(5) => vec![velocity(0x0f, 400_000)],
         _ => Vec::new(),
     }
 }

@@ -1,6 +1,6 @@
 //! The motions that injections disturb.
 
-use board_tests::frames::{Frame, SAVE, control, start, target, write};
+use board_tests::frames::{Frame, SAVE, control, mode, start, velocity, write};
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
@@ -79,17 +79,17 @@ impl Motion {
                 vec![write(0x1010, 1, SAVE, 4)]
             }
             (Self::Disabled | Self::Saving, _) => Vec::new(),
-            (Self::Velocity, 52) => vec![target(0, CYCLIC_VELOCITY)],
-            (Self::Stopping, 52) => vec![target(0, PROFILE_VELOCITY)],
+            (Self::Velocity, 52) => vec![mode(0, CYCLIC_VELOCITY)],
+            (Self::Stopping, 52) => vec![mode(0, PROFILE_VELOCITY)],
             (_, 54) => vec![control(0x06, 0)],
             (_, 56) => vec![control(0x07, 0)],
             (_, 58) => vec![control(ENABLED, 0)],
             (_, ENABLED_TICK..) if tick.is_multiple_of(COMMAND_TICKS) => match self {
-                Self::Velocity => vec![target(40_000 * sign, CYCLIC_VELOCITY)],
+                Self::Velocity => vec![velocity(ENABLED, 40_000 * sign)],
                 Self::Stopping => {
                     let is_second_half = tick % HOLD_TICKS >= HOLD_TICKS / 2;
                     let word = if is_second_half { HALTED } else { ENABLED };
-                    vec![target(60_000 * sign, PROFILE_VELOCITY), control(word, 0)]
+                    vec![velocity(word, 60_000 * sign)]
                 }
                 Self::Saturated => vec![control(ENABLED, 70_000 * sign)],
                 Self::Holding => vec![control(ENABLED, 20_000)],

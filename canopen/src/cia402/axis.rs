@@ -122,6 +122,9 @@ pub struct Axis {
     is_slow: bool,
     error_timer: HoldTimer,
     reached_timer: HoldTimer,
+    /// Bit 10 of the statusword was set for the active set-point.
+    is_reached: bool,
+    arrival_timer: HoldTimer,
     slow_timer: HoldTimer,
 }
 
@@ -377,7 +380,7 @@ impl Axis {
     fn profile_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
         let requested = self
             .set_points
-            .step(input.controlword, input.target_position);
+            .step(input.controlword, input.target_position, parameters);
         // Without a set-point the axis stays where the mode started, be it beyond the limits.
         let (target, limited) = if self.set_points.is_empty() {
             (requested, false)
@@ -385,13 +388,18 @@ impl Axis {
             parameters.within_position_limits(requested)
         };
         let limits = parameters.profile(parameters.profile_velocity);
-        let ended = self.ramp.to_position(target, &limits, parameters.period_us);
-        if ended {
+        let mut ended = self.ramp.to_position(target, &limits, parameters.period_us);
+        // The next set-point waits for the motor, which may come to rest outside the window.
+        let waits = ended && self.set_points.has_next();
+        let arrival_ms = (parameters.position_window_time_ms).saturating_add(ARRIVAL_MS);
+        let is_late = (self.arrival_timer).step(waits, arrival_ms, parameters.period_us);
+        if ended && (!waits || self.is_reached || is_late) {
             self.set_points.reached();
+            ended = !waits;
         }
         ModeResult {
             limited,
-            ended: ended && self.set_points.idle(),
+            ended,
             target,
         }
     }
@@ -404,16 +412,24 @@ impl Axis {
                 .interpolation_us
                 .div_ceil(parameters.period_us.max(1));
         }
-        self.ramp
-            .interpolate(target, self.steps, parameters.period_us);
+        let too_fast = self.ramp.interpolate(
+            target,
+            self.steps,
+            parameters.max_velocity,
+            parameters.period_us,
+        );
         self.steps = self.steps.saturating_sub(1);
         ModeResult {
-            limited,
+            limited: limited || too_fast,
             ended: false,
             target,
         }
     }
 }
+
+/// Time in milliseconds, beyond that of the position window, after which a set-point that waits for
+/// the motor starts in any case.
+const ARRIVAL_MS: u16 = 1000;
 
 /// Limits a velocity to 607Fh; returns it and whether it was changed.
 fn within_max_velocity(requested: i32, parameters: &Parameters) -> (i32, bool) {

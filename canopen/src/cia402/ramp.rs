@@ -121,11 +121,16 @@ impl Ramp {
         self.position = position;
     }
 
-    /// Advances one of `steps` equal steps to a position.
-    pub fn interpolate(&mut self, target: i32, steps: u32, period_us: u32) {
+    /// Advances one of `steps` equal steps to a position, at most at this velocity; returns whether
+    /// that made the step shorter.
+    pub fn interpolate(&mut self, target: i32, steps: u32, velocity: u32, period_us: u32) -> bool {
         let target = i64::from(target) * UNIT;
-        let next = self.position + divide(target - self.position, steps.max(1));
-        self.follow(next, period_us);
+        let step = divide(target - self.position, steps.max(1));
+        // In units of UNIT: below 2^32 * 10^6.
+        let longest = i64::from(velocity) * i64::from(period_us.min(PERIOD_MAX_US));
+        let possible = clamp_symmetric(step, longest);
+        self.follow(self.position + possible, period_us);
+        possible != step
     }
 
     /// Sets the velocity and advances one period.

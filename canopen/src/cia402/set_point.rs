@@ -1,6 +1,7 @@
 //! Set-point handshake of profile position mode (bits 4, 5 and 6 of the controlword, bit 12 of the
 //! statusword).
 
+use super::Parameters;
 use super::controlword::{CHANGE_SET_IMMEDIATELY, NEW_SET_POINT, RELATIVE};
 
 /// The active target and one buffered set-point.
@@ -27,12 +28,12 @@ impl SetPoints {
     }
 
     /// Evaluates the controlword and target position 607Ah; returns the active target.
-    pub fn step(&mut self, word: u16, position: i32) -> i32 {
+    pub fn step(&mut self, word: u16, position: i32, parameters: &Parameters) -> i32 {
         let new_set_point = word & NEW_SET_POINT != 0;
         let rises = new_set_point && !self.new_set_point;
         self.new_set_point = new_set_point;
         if rises {
-            self.accept(word, position);
+            self.accept(word, position, parameters);
         }
         if !new_set_point && self.buffered.is_none() {
             self.acknowledged = false;
@@ -40,8 +41,12 @@ impl SetPoints {
         self.target
     }
 
-    fn accept(&mut self, word: u16, position: i32) {
-        let last = self.buffered.unwrap_or(self.target);
+    fn accept(&mut self, word: u16, position: i32, parameters: &Parameters) {
+        let mut last = self.buffered.unwrap_or(self.target);
+        if self.accepted {
+            // Where a set-point beyond the position limits ends.
+            last = parameters.within_position_limits(last).0;
+        }
         let target = if word & RELATIVE == 0 {
             position
         } else {
@@ -78,9 +83,9 @@ impl SetPoints {
         !self.accepted
     }
 
-    /// Whether no set-point is active.
-    pub const fn idle(&self) -> bool {
-        !self.moving
+    /// Whether a set-point waits for the active one.
+    pub const fn has_next(&self) -> bool {
+        self.buffered.is_some()
     }
 }
 
@@ -93,9 +98,9 @@ mod tests {
 
     /// The active target after a set-point, and whether it was acknowledged.
     fn give(points: &mut SetPoints, bits: u16, position: i32) -> (i32, bool) {
-        let target = points.step(NEW | bits, position);
+        let target = points.step(NEW | bits, position, &Parameters::default());
         let is_acknowledged = points.acknowledged();
-        points.step(0, 0);
+        points.step(0, 0, &Parameters::default());
         (target, is_acknowledged)
     }
 
@@ -103,26 +108,27 @@ mod tests {
     fn one_set_point_is_active_and_one_waits() {
         let mut points = SetPoints::default();
         points.restart(5, 0);
-        assert!(points.idle() && points.is_empty());
+        assert!(!points.moving && points.is_empty());
         assert_eq!(give(&mut points, 0, 10), (10, true));
-        assert!(!points.idle() && !points.acknowledged());
+        assert!(points.moving && !points.acknowledged());
         assert_eq!(give(&mut points, 0, 20), (10, true));
         assert!(points.acknowledged(), "the buffer is full");
         assert_eq!(give(&mut points, 0, 30).0, 10);
         points.reached();
-        assert_eq!(points.step(0, 0), 20);
-        assert!(!points.idle() && !points.acknowledged());
+        assert_eq!(points.step(0, 0, &Parameters::default()), 20);
+        assert!(points.moving && !points.acknowledged());
         assert_eq!(give(&mut points, IMMEDIATELY, 40), (40, true));
         points.reached();
-        assert!(points.idle());
+        assert!(!points.moving);
     }
 
     #[test]
     fn a_set_point_is_a_rising_edge_after_the_start_of_the_mode() {
         let mut points = SetPoints::default();
+        let parameters = Parameters::default();
         points.restart(5, NEW);
-        assert_eq!(points.step(NEW, 10), 5);
+        assert_eq!(points.step(NEW, 10, &parameters), 5);
         points.restart(5, 0);
-        assert_eq!(points.step(NEW, 10), 10);
+        assert_eq!(points.step(NEW, 10, &parameters), 10);
     }
 }

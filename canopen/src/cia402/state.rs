@@ -96,6 +96,8 @@ pub enum Motion {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct StateMachine {
     state: Cia402State,
+    /// The command of the last controlword that had one.
+    command: Command,
     reset_bit: bool,
     /// Deceleration of the fault reaction; `None` switches off immediately.
     reaction: Option<Deceleration>,
@@ -113,6 +115,7 @@ impl StateMachine {
     pub const fn new() -> Self {
         Self {
             state: Cia402State::NotReadyToSwitchOn,
+            command: Command::DisableVoltage,
             reset_bit: false,
             reaction: None,
         }
@@ -124,11 +127,16 @@ impl StateMachine {
         self.state
     }
 
-    /// Performs at most one transition; returns the action in this period.
+    /// Performs at most one transition, or 3 and 4 together; returns the action in this period.
     pub fn step(&mut self, word: u16, conditions: Conditions, options: &Options) -> Motion {
         let reset = word & controlword::FAULT_RESET != 0;
         let resets = reset && !self.reset_bit;
         self.reset_bit = reset;
+        // The commands have bit 7 clear; those that remove power act in any case.
+        let command = Command::from_controlword(word);
+        if !reset || matches!(command, Command::DisableVoltage | Command::QuickStop) {
+            self.command = command;
+        }
         let faulty = matches!(
             self.state,
             Cia402State::FaultReactionActive | Cia402State::Fault
@@ -151,8 +159,8 @@ impl StateMachine {
                 Motion::Off
             }
             Cia402State::OperationEnabled => self.operation_enabled(word, conditions, options),
-            Cia402State::QuickStopActive => self.quick_stop(word, conditions, options),
-            _ => self.unpowered(Command::from_controlword(word), conditions),
+            Cia402State::QuickStopActive => self.quick_stop(conditions, options),
+            _ => self.unpowered(self.command, conditions),
         }
     }
 
@@ -188,7 +196,8 @@ impl StateMachine {
         use Command::{DisableVoltage, EnableOperation, QuickStop, Shutdown, SwitchOn};
         self.state = match (self.state, command) {
             (SwitchOnDisabled, Shutdown) => ReadyToSwitchOn, // 2
-            (ReadyToSwitchOn, SwitchOn | EnableOperation) if conditions.voltage => SwitchedOn, // 3
+            (ReadyToSwitchOn, SwitchOn) if conditions.voltage => SwitchedOn, // 3
+            (ReadyToSwitchOn, EnableOperation) if conditions.voltage => OperationEnabled, // 3, 4
             (SwitchedOn, EnableOperation) => OperationEnabled, // 4
             (SwitchedOn, Shutdown) => ReadyToSwitchOn,       // 6
             (ReadyToSwitchOn | SwitchedOn, QuickStop | DisableVoltage) => SwitchOnDisabled, // 7, 10
@@ -207,7 +216,7 @@ impl StateMachine {
         conditions: Conditions,
         options: &Options,
     ) -> Motion {
-        let (option, next) = match Command::from_controlword(word) {
+        let (option, next) = match self.command {
             Command::EnableOperation => {
                 return match (word & controlword::HALT != 0, options.halt) {
                     (false, _) => Motion::Run,
@@ -217,7 +226,7 @@ impl StateMachine {
             }
             Command::QuickStop => {
                 self.state = Cia402State::QuickStopActive; // 11
-                return self.quick_stop(word, conditions, options);
+                return self.quick_stop(conditions, options);
             }
             Command::SwitchOn => (options.disable_operation, Cia402State::SwitchedOn), // 5
             Command::Shutdown => (options.shutdown, Cia402State::ReadyToSwitchOn),     // 8
@@ -232,19 +241,18 @@ impl StateMachine {
         }
     }
 
-    fn quick_stop(&mut self, word: u16, conditions: Conditions, options: &Options) -> Motion {
+    fn quick_stop(&mut self, conditions: Conditions, options: &Options) -> Motion {
         let QuickStop {
             stop,
             remains_active,
         } = options.quick_stop;
-        let command = Command::from_controlword(word);
-        if remains_active && command == Command::EnableOperation {
+        if remains_active && self.command == Command::EnableOperation {
             self.state = Cia402State::OperationEnabled; // 16
             return Motion::Run;
         }
         match stop {
             StopOption::Stop(how)
-                if command != Command::DisableVoltage
+                if self.command != Command::DisableVoltage
                     && (remains_active || !conditions.standstill) =>
             {
                 Motion::Stop(how)

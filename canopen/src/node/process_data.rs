@@ -138,8 +138,9 @@ impl<const R: usize, const T: usize> Node<R, T> {
     }
 
     /// Writes the data of an RPDO to the mapped objects. An object that refuses its value keeps the
-    /// previous one.
+    /// previous one; the EMCY has the address of the last one.
     fn apply(&mut self, number: usize, data: [u8; 8], app: &mut impl Application) {
+        let mut refused = None;
         let objects = &mut self.split(app).0;
         let mut rest: &[u8] = &data;
         for at in 0.. {
@@ -151,9 +152,23 @@ impl<const R: usize, const T: usize> Node<R, T> {
                 break;
             };
             if let Some(entry) = mapped.entry {
-                let _ = objects.write_number(entry, entry.data_type().decode(bytes));
+                let value = entry.data_type().decode(bytes);
+                if objects.write_number(entry, value).is_err() {
+                    refused = Some(entry.address());
+                }
             }
             rest = after;
+        }
+        match refused {
+            Some(Address { index, sub }) => {
+                let [low, high] = index.to_le_bytes();
+                let error = Emergency {
+                    information: [low, high, sub, 0],
+                    ..Emergency::communication(ErrorCode::PDO_VALUE, pdo_number(number))
+                };
+                self.raise(error, app);
+            }
+            None => self.clear(ErrorCode::PDO_VALUE, pdo_number(number)),
         }
         app.event(Event::Rpdo(pdo_number(number)));
     }

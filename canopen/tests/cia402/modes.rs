@@ -1,4 +1,4 @@
-use canopen::cia402::{Demand, Mode, controlword, statusword};
+use canopen::cia402::{Demand, Mode, Output, controlword, statusword};
 
 use crate::{Bench, ENABLE, NEW};
 
@@ -52,6 +52,63 @@ fn one_set_point_is_buffered_and_a_third_is_not_acknowledged() {
 }
 
 #[test]
+fn a_buffered_set_point_waits_for_the_motor_and_for_a_second_at_most() {
+    // Within the window, 20 ms; outside, a second more.
+    for (place, wait) in [(9_500, 6), (9_499, 257)] {
+        let mut bench = Bench::enabled(Mode::ProfilePosition);
+        bench.follows = false;
+        for target in [10_000, -10_000] {
+            bench.input.target_position = target;
+            bench.command(NEW);
+            bench.command(ENABLE);
+        }
+        let demands = |output: &Output, target| matches!(output.demand, Demand::Position { position, .. } if position == target);
+        bench.until(|output| demands(output, 10_000));
+        bench.input.position_actual = place;
+        let has_reached = |output: &Output| has(output.statusword, statusword::TARGET_REACHED);
+        let until = |output: &Output| has_reached(output) || !demands(output, 10_000);
+        let periods = bench.until(until);
+        assert_eq!(periods, wait, "{place}");
+        // Bit 10 is set for one period, and the next begins the motion.
+        assert!(!has_reached(&bench.step()));
+        assert!(!demands(&bench.step(), 10_000));
+        bench.until(|output| demands(output, -10_000));
+    }
+}
+
+#[test]
+fn relative_set_points_continue_from_the_position_limit_where_the_last_one_ended() {
+    let mut bench = Bench::enabled(Mode::ProfilePosition);
+    for (way, end) in [(50_000, 50_000), (30_000, 60_000), (-20_000, 40_000)] {
+        bench.input.target_position = way;
+        bench.command(NEW | controlword::RELATIVE);
+        bench.command(ENABLE);
+        bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
+        assert_eq!(bench.input.position_actual, end);
+    }
+}
+
+#[test]
+fn a_cyclic_position_is_approached_at_most_at_the_velocity_of_607fh() {
+    let mut bench = Bench::enabled(Mode::CyclicPosition);
+    bench.parameters.max_velocity = 50_000;
+    bench.input.target_position = 20_000;
+    // 200 mdeg a period, with the limit reported until the last.
+    for period in 1..=100 {
+        let output = bench.step();
+        let demand = Demand::Position {
+            position: period * 200,
+            velocity: 50_000,
+        };
+        assert_eq!(output.demand, demand);
+        assert_eq!(
+            has(output.statusword, statusword::INTERNAL_LIMIT),
+            period < 100
+        );
+    }
+}
+
+#[test]
 fn change_set_immediately_replaces_the_active_set_point() {
     let mut bench = Bench::enabled(Mode::ProfilePosition);
     bench.input.target_position = 50_000;
@@ -72,8 +129,11 @@ fn relative_set_points_are_added() {
         bench.command(NEW | controlword::RELATIVE);
         bench.command(ENABLE);
     }
-    bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
-    assert_eq!(bench.input.position_actual, 8_000);
+    for end in [4_000, 8_000] {
+        bench.until(|output| has(output.statusword, statusword::TARGET_REACHED));
+        assert_eq!(bench.input.position_actual, end);
+        bench.step();
+    }
 }
 
 #[test]

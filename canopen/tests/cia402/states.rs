@@ -81,7 +81,7 @@ fn every_transition_matches_the_standard() {
     let table = [
         (NotReady, [Sod, Sod, Sod, Sod, Sod, Sod]),
         (Sod, [Rtso, Sod, Sod, Sod, Sod, Sod]),
-        (Rtso, [Rtso, On, On, Sod, Sod, Sod]),
+        (Rtso, [Rtso, On, Enabled, Sod, Sod, Sod]),
         (On, [Rtso, On, Enabled, Sod, Sod, Sod]),
         (Enabled, [Rtso, On, Enabled, Sod, Quick, Sod]),
         (Quick, [Quick, Quick, Enabled, Sod, Quick, Sod]),
@@ -95,6 +95,28 @@ fn every_transition_matches_the_standard() {
             assert_eq!(machine.state(), to, "{from:?} by {word:#06X}");
         }
     }
+}
+
+#[test]
+fn with_bit_7_set_a_controlword_gives_no_power_and_may_remove_it() {
+    use Cia402State::{OperationEnabled, ReadyToSwitchOn, SwitchOnDisabled, SwitchedOn};
+    for state in [
+        SwitchOnDisabled,
+        ReadyToSwitchOn,
+        SwitchedOn,
+        OperationEnabled,
+    ] {
+        for command in [SHUTDOWN, SWITCH_ON, ENABLE] {
+            let mut machine = in_state(state);
+            for _ in 0..2 {
+                machine.step(FAULT_RESET | command, READY, &options());
+            }
+            assert_eq!(machine.state(), state, "{command:#X}");
+        }
+    }
+    let mut machine = in_state(OperationEnabled);
+    machine.step(FAULT_RESET | QUICK_STOP, READY, &options());
+    assert_eq!(machine.state(), Cia402State::QuickStopActive);
 }
 
 #[test]

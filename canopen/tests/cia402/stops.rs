@@ -172,6 +172,7 @@ fn behind_its_demand() -> Bench {
     let mut bench = Bench::enabled(Mode::CyclicPosition);
     bench.follows = false;
     bench.parameters.interpolation_us = 0;
+    bench.parameters.max_velocity = u32::MAX;
     bench.input.target_position = 50_000;
     bench.run(3);
     (bench.input.position_actual, bench.input.velocity_actual) = (10_000, 200_000);
@@ -234,6 +235,7 @@ fn a_stop_has_its_own_time_after_one_that_lasted_long() {
     bench.input.controlword = ENABLE | controlword::HALT;
     bench.run(150);
     bench.parameters.interpolation_us = 0;
+    bench.parameters.max_velocity = u32::MAX;
     bench.input.controlword = ENABLE;
     bench.input.target_position = 50_000;
     bench.run(3);

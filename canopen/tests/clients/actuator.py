@@ -208,7 +208,7 @@ class Drive(DriveTests, Served):
 
     def test_commands_at_50_hz_are_followed_and_their_loss_is_a_fault(self):
         self.enable("CYCLIC SYNCHRONOUS POSITION")
-        command = self.node.rpdo[1]
+        command = self.node.rpdo[3]
         command["Controlword"].raw = 0x0F
         for step in range(100):
             command["Target position"].raw = 200 * step
@@ -361,7 +361,7 @@ class Program(Served):
         self.node.nmt.state = "OPERATIONAL"
         # A cyclic master that stops commanding.
         for word in (6, 7, 15, 15):
-            self.network.send_message(0x201, struct.pack("<Hi", word, 0))
+            self.network.send_message(0x401, struct.pack("<Hi", word, 0))
             time.sleep(0.03)
         faults = lambda *more: json.loads(self.actuator("faults", "--json", *more).stdout)
         self.wait_for(lambda: faults()["state"] == "fault", "the timeout of the commands")

@@ -85,14 +85,14 @@ class Network(Bench):
 
     def test_only_valid_nmt_commands_are_executed(self):
         self.sdo.download(0x1017, 0, struct.pack("<H", 10))
-        for command in ([1, 2], [1], [1, 1, 0], [0, 1], [5, 1], [127, 1], [1, 128], [1, 129], [129, 2]):
+        for command in ([1, 2], [1], [1, 2, 1], [0, 1], [5, 1], [127, 1], [1, 128], [1, 129], [129, 2]):
             self.wire.send(0, bytes(command))
             self.assertEqual(self.state_after_all_frames(), 127, command)
         self.wire.send(0, remote=True, length=2)
         self.wire.send(0, bytes([1, 1]), extended=True)
         self.assertEqual(self.state_after_all_frames(), 127)
         # Each command changes the state.
-        for command, state in ([1, 1], 5), ([128, 0], 127), ([1, 0], 5), ([2, 1], 4), ([1, 1], 5), ([128, 1], 127), ([2, 0], 4):
+        for command, state in ([1, 1], 5), ([128, 0, 0, 0, 0, 0, 0, 0], 127), ([1, 0], 5), ([2, 1], 4), ([1, 1], 5), ([128, 1], 127), ([2, 0], 4):
             with self.subTest(command):
                 self.wire.send(0, bytes(command))
                 self.expect_frame(0x701, [state])
@@ -112,7 +112,8 @@ class Network(Bench):
             range(0, 0x80), range(0x101, 0x181), range(0x581, 0x600), range(0x601, 0x680), range(0x6E0, 0x700),
             range(0x701, 0x780), range(0x780, 0x800)]
         for parameters, reserved in ((0x1803, range(241, 252)), (0x1403, range(241, 254))):
-            default = struct.unpack("<I", self.sdo.upload(parameters, 1))[0]
+            default = struct.unpack("<I", self.sdo.upload(parameters, 1))[0] | 1 << 31
+            self.sdo.download(parameters, 1, word(default))
             for among in restricted:
                 for identifier in (among.start, among.stop - 1):
                     refused = self.refusal(self.sdo.download, parameters, 1, word(identifier))
@@ -197,7 +198,7 @@ class Drive(Bench):
         self.wire.send(0, bytes([1, 1]))
         self.addCleanup(self.wire.send, 0, bytes([130, 1]))
         for word, state in ((0, NOT_ENABLED), (6, READY), (7, SWITCHED_ON), (15, ENABLED), (0, NOT_ENABLED)):
-            self.wire.send(0x201, struct.pack("<Hi", word, 0))
+            self.wire.send(0x201, struct.pack("<H", word))
             self.wire.receive(lambda frame: frame.identifier == 0x481 and frame.data[0] & 0x6F & (0x4F | state) == state, self.sdo.timeout)
 
     def test_unsupported_modes_are_refused_and_the_display_is_unchanged(self):
@@ -208,7 +209,8 @@ class Drive(Bench):
         self.sdo.download(0x6060, 0, b"\x01")
         self.assertIsNotNone(self.refusal(self.sdo.download, 0x6060, 0, b"\x06"))
         self.assertEqual(self.sdo.upload(0x6060, 0), b"\x01")
-        time.sleep(0.012)
+        # Each of the five changes acts in a control period of its own.
+        time.sleep(0.032)
         self.assertEqual(self.sdo.upload(0x6061, 0), b"\x01")
 
     def test_set_points_are_acknowledged_buffered_and_changed_immediately(self):

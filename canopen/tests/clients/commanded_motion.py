@@ -37,13 +37,18 @@ def is_of_node(identifier):
 
 
 def position(word, target):
-    """RPDO 1 by default: controlword and target position, mdeg."""
-    return 0x201, struct.pack("<Hi", word, target)
+    """RPDO 3 by default: controlword and target position, mdeg."""
+    return 0x401, struct.pack("<Hi", word, target)
 
 
-def velocity(target, mode):
-    """RPDO 2 by default: target velocity, mdeg/s, and mode of operation."""
-    return 0x301, struct.pack("<ib", target, mode)
+def mode_of_operation(word, mode):
+    """RPDO 2 by default: controlword and mode of operation."""
+    return 0x301, struct.pack("<Hb", word, mode)
+
+
+def velocity(word, target):
+    """RPDO 4 by default: controlword and target velocity, mdeg/s."""
+    return 0x501, struct.pack("<Hi", word, target)
 
 
 class Motion(Bench):
@@ -171,7 +176,7 @@ class Motion(Bench):
                         self.write(0x60FF, 0, "<i", sign * 200_000)
                     while time.monotonic() < end:
                         if mode >= 8:
-                            self.wire.send(*(position(ENABLE, sign * 90_000) if mode == 8 else velocity(sign * 200_000, mode)))
+                            self.wire.send(*(position(ENABLE, sign * 90_000) if mode == 8 else velocity(ENABLE, sign * 200_000)))
                         greatest = max(greatest, sign * self.angle())
                     self.assertGreater(greatest, 45_000, "it moves")
                     self.assertLess(greatest, LIMIT_MDEG + OVERSHOOT_MDEG)
@@ -185,9 +190,9 @@ class Motion(Bench):
 
         def frame():
             identifier, data = source.randrange(0x800), source.randbytes(source.randrange(9))
-            if identifier in (0x201, 0x301):
+            if identifier in (0x201, 0x301, 0x401, 0x501):
                 # Shorter than its mapping: an error, and no command.
-                flooding.send(identifier, data[:4])
+                flooding.send(identifier, data[:1])
             elif not is_of_node(identifier):
                 flooding.send(identifier, data)
 
@@ -221,7 +226,7 @@ class Motion(Bench):
             word = self.random.choice((0, SHUTDOWN, SWITCH_ON, NEW_SETPOINT, NEW_SETPOINT | SWITCH_ON))
             self.write(0x6060, 0, "<b", self.random.choice(list(MODES.values())))
             target, mode = self.random.randint(-60_000, 60_000), self.random.choice(list(MODES.values()))
-            self.wire.send(*self.random.choice((position(word, target), velocity(target, mode))))
+            self.wire.send(*self.random.choice((position(word, target), mode_of_operation(word, mode), velocity(word, target))))
             self.assertLessEqual(abs(self.angle() - start), REST_MDEG)
 
 

@@ -94,7 +94,7 @@ class Chain:
 
     def command(self, commands_deg):
         """Transmits the commands at 50 Hz."""
-        rpdo = self.node.rpdo[1]
+        rpdo = self.node.rpdo[3]
         rpdo["Controlword"].raw = 0x0F
         begun = time.monotonic()
         for number, command_deg in enumerate(commands_deg):

@@ -208,6 +208,10 @@ class Drive(DriveTests, Served):
         self.node.nmt.state = "OPERATIONAL"
         self.node.setup_402_state_machine()
 
+    def set_target(self, mdeg):
+        # Its RPDO 1 contains the controlword and the target.
+        self.node.rpdo[1][0x607A].raw = mdeg
+
     def test_cyclic_positions_are_followed(self):
         self.enable("CYCLIC SYNCHRONOUS POSITION")
         for target in range(0, 20_001, 1_000):

@@ -92,13 +92,15 @@ class DriveTests:
         self.node.state = "OPERATION ENABLED"
         self.assertEqual(self.node.state, "OPERATION ENABLED")
 
+    def set_target(self, mdeg):
+        self.node.sdo[0x607A].raw = mdeg
+
     def angle_mdeg(self):
         return self.node.sdo[0x6064].raw
 
     def test_the_drive_reaches_operation_enabled_and_a_position(self):
         self.enable("PROFILED POSITION")
-        # RPDO 1 contains the controlword and the target.
-        self.node.rpdo[1][0x607A].raw = 30_000
+        self.set_target(30_000)
         self.node.controlword = 0x1F
         self.wait_for(lambda: self.node.statusword & 0x1000, "acknowledge")
         self.node.controlword = 0x0F

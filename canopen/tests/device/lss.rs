@@ -174,6 +174,32 @@ fn fast_scan_selects_a_node_without_a_node_id() {
 }
 
 #[test]
+fn fast_scan_selects_every_node_of_one_identity() {
+    let mut benches = [0; 3].map(|_| Bench::powered_on(None));
+    let mut scan = |number, bit, sub, next| {
+        let answers = benches
+            .each_mut()
+            .map(|bench| fast_scan(bench, number, bit, sub, next));
+        assert!(answers == [answers[0]; 3], "on the bus they are one answer");
+        answers[0]
+    };
+    assert!(scan(0, 0x80, 0, 0));
+    for (sub, number) in (0..4).zip(IDENTITY) {
+        assert!(
+            (0..32)
+                .rev()
+                .all(|bit| scan(number >> bit << bit, bit, sub, sub))
+        );
+        assert!(scan(number, 0, sub, (sub + 1) % 4));
+    }
+    for bench in &mut benches {
+        // Inquire node-ID: each is being configured, and none takes part in another scan.
+        assert!(lss(bench, [0x5E, 0, 0, 0, 0, 0, 0, 0]).is_some());
+        assert!(!fast_scan(bench, 0, 0x80, 0, 0));
+    }
+}
+
+#[test]
 fn fast_scan_is_ignored_by_a_node_with_a_node_id() {
     let mut bench = Bench::new();
     assert!(!fast_scan(&mut bench, 0, 0x80, 0, 0));

@@ -26,13 +26,11 @@ fn nmt_commands_address_this_node_or_all_nodes() {
         assert_eq!(bench.node.state(), state);
     }
     bench.send(0, &[2]);
-    bench.send(0, &[2, 5, 0]);
+    bench.send(0, &[2, 6, 5, 0, 0, 0, 0, 0]);
     bench.remote(0, 2);
-    assert_eq!(
-        bench.node.state(),
-        NmtState::Operational,
-        "not two bytes of data"
-    );
+    assert_eq!(bench.node.state(), NmtState::Operational);
+    bench.send(0, &[2, 5, 1, 6, 0, 0, 0, 0]);
+    assert_eq!(bench.node.state(), NmtState::Stopped, "trailing bytes");
 }
 
 #[test]

@@ -189,13 +189,18 @@ fn an_rpdo_write_obeys_limits_and_write_protection() {
     bench.write_u32(0x1601, 2, 0x2020_0008).expect("mappable");
     bench.write(0x1601, 0, &[2]).expect("three bytes");
     bench.write_u32(0x1401, 1, 0x305).expect("valid");
-    bench.send(0x305, &[0xE9, 3, 7]);
+    // 8200h, in the register "communication", of RPDO 2, with the object.
+    let refused = (0x85, vec![0x00, 0x82, 0x11, 2, 0x01, 0x20, 0, 0]);
+    assert_eq!(bench.send(0x305, &[0xE9, 3, 7]), [refused]);
     assert_eq!(bench.device.number(0x2001, 0), 0, "1001 is above its limit");
     assert_eq!(
         bench.device.number(0x2020, 0),
         7,
         "the other objects are written"
     );
+    assert!(bench.send(0x305, &[0xE9, 3, 7]).is_empty(), "once");
+    let reset = (0x85, vec![0x00, 0, 0, 2, 0x01, 0x20, 0, 0]);
+    assert_eq!(bench.send(0x305, &[1, 0, 7]), [reset]);
 }
 
 #[test]

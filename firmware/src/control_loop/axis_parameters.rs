@@ -32,7 +32,7 @@ pub(super) fn axis_parameters(values: &ObjectValues, board: &BoardParameters) ->
         deceleration: profile.deceleration_mdeg_s2,
         quick_stop_deceleration: profile.quick_stop_deceleration_mdeg_s2,
         stop_time_ms: board.stop.quick_stop_ms as u16,
-        interpolation_us: interpolation_us(profile),
+        interpolation_us: u32::from(profile.interpolation_time) * 1000,
         following_error_window: board.following.following_window_mdeg.unsigned_abs(),
         following_error_timeout_ms: board.following.following_ms as u16,
         position_window: profile.position_window_mdeg,
@@ -82,11 +82,4 @@ fn options(profile: &ProfileSettings) -> Options {
         halt: stop(profile.halt_option),
         fault_reaction: stop(profile.fault_reaction_option),
     }
-}
-
-/// Object 60C2h: the value times 10 to the power of the index, in seconds; the index is -6 to 0.
-fn interpolation_us(profile: &ProfileSettings) -> u32 {
-    let index = i32::from(profile.interpolation_index);
-    let zeros = index.saturating_add(6).clamp(0, 6).unsigned_abs();
-    u32::from(profile.interpolation_time).saturating_mul(10_u32.saturating_pow(zeros))
 }

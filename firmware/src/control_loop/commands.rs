@@ -1,10 +1,10 @@
 //! Commands to the control loop: the mailbox in which a front end posts them.
 //!
-//! Edges must not be lost and must not act twice, whatever the spacing of their writes. Changes of
-//! the control bits are therefore queued, each with the targets that belong to it, and the loop
-//! takes one of them in each control period. Requests and writes of targets are numbered: a number
-//! that differs from the one taken last is new. A message that is read twice has the same effect as
-//! one that is read once.
+//! Edges must not be lost and must not act twice, and what was written behind one acts behind it,
+//! whatever the spacing of the writes. Changes of control bits and mode are therefore queued, each
+//! with the targets that belong to it, and the loop takes one of them in each control period.
+//! Requests and writes of targets are numbered: a number that differs from the one taken last is
+//! new. A message that is read twice has the same effect as one that is read once.
 
 use crate::{
     command::excitation::{Run, Sample},
@@ -12,8 +12,8 @@ use crate::{
 };
 use canopen::cia402::Mode;
 
-/// Queued changes of the control bits.
-const QUEUE: usize = 8;
+/// Queued commands.
+const QUEUE: usize = 16;
 
 /// What a front end commands in one control period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -45,6 +45,24 @@ impl Command {
         position_writes: 0,
         velocity_writes: 0,
     };
+
+    /// Sets a target position, mdeg.
+    pub fn set_position(&mut self, mdeg: i32) {
+        self.target_position_mdeg = mdeg;
+        self.position_writes = self.position_writes.wrapping_add(1);
+    }
+
+    /// Sets a target velocity, mdeg/s.
+    pub fn set_velocity(&mut self, mdeg_s: i32) {
+        self.target_velocity_mdeg_s = mdeg_s;
+        self.velocity_writes = self.velocity_writes.wrapping_add(1);
+    }
+
+    /// Sets the offset of the target velocity, mdeg/s.
+    pub fn set_velocity_offset(&mut self, mdeg_s: i32) {
+        self.velocity_offset_mdeg_s = mdeg_s;
+        self.velocity_writes = self.velocity_writes.wrapping_add(1);
+    }
 }
 
 /// A request with its number.
@@ -70,11 +88,13 @@ impl<T> Numbered<T> {
 /// The mailbox of commands.
 ///
 /// ```
-/// use firmware::control_loop::Commands;
+/// use firmware::control_loop::{Command, Commands};
 ///
 /// let mut commands = Commands::DEFAULT;
-/// assert!(commands.set_control(6, 0));
-/// assert!(commands.set_control(7, 0));
+/// for control in [6, 7] {
+///     let command = Command { control, ..*commands.newest() };
+///     assert!(commands.set(&command, false, 0));
+/// }
 /// // Both are still to be taken.
 /// assert_eq!([1, 2].map(|number| commands.at(number).control), [6, 7]);
 /// ```
@@ -83,6 +103,8 @@ pub struct Commands {
     queue: [Command; QUEUE],
     /// Number of the newest command of the queue.
     newest: u32,
+    /// Number of the command with which the loop starts.
+    first: u32,
     /// The selected source of commands.
     pub source: Numbered<CommandSource>,
     /// Whether the network reports the loss of the master.
@@ -99,6 +121,7 @@ impl Commands {
     pub const DEFAULT: Self = Self {
         queue: [Command::DEFAULT; QUEUE],
         newest: 0,
+        first: 0,
         source: Numbered::new(CommandSource::Bus),
         network_loss: Numbered::new(false),
         restarts: 0,
@@ -110,7 +133,12 @@ impl Commands {
         self.newest
     }
 
-    /// The command of a number, one of the last eight.
+    /// Number of the command with which the loop starts.
+    pub fn first(&self) -> u32 {
+        self.first
+    }
+
+    /// The command of a number, one of the last sixteen.
     pub fn at(&self, number: u32) -> &Command {
         let [first, ..] = &self.queue;
         self.queue.get(number as usize % QUEUE).unwrap_or(first)
@@ -121,49 +149,27 @@ impl Commands {
         self.at(self.newest)
     }
 
-    fn newest_mut(&mut self) -> Option<&mut Command> {
-        self.queue.get_mut(self.newest as usize % QUEUE)
-    }
-
-    /// Queues a change of the control bits; the loop has taken the command `taken`. Returns false,
-    /// without effect, if the queue is full.
+    /// Replaces the command; the loop has taken that of the number `taken`. A change of the control
+    /// bits is queued; so is one of the mode, and one behind an edge that was not taken yet, unless
+    /// it `joins`: it stands in the same frame as that edge. Returns false, without effect, if the
+    /// queue is full.
     #[must_use]
-    pub fn set_control(&mut self, control: u16, taken: u32) -> bool {
-        let command = *self.newest();
-        if command.control == control {
-            return true;
+    pub fn set(&mut self, command: &Command, joins: bool, taken: u32) -> bool {
+        let before = self.newest();
+        let is_edge =
+            |from: &Command, to: &Command| (from.control, from.mode) != (to.control, to.mode);
+        let waits = self.newest != taken && is_edge(self.at(self.newest.wrapping_sub(1)), before);
+        let is_apart = command != before && (waits || command.mode != before.mode);
+        if command.control != before.control || (is_apart && !joins) {
+            if self.newest.wrapping_sub(taken) >= QUEUE as u32 - 1 {
+                return false;
+            }
+            self.newest = self.newest.wrapping_add(1);
         }
-        if self.newest.wrapping_sub(taken) >= QUEUE as u32 - 1 {
-            return false;
-        }
-        self.newest = self.newest.wrapping_add(1);
-        if let Some(newest) = self.newest_mut() {
-            *newest = Command { control, ..command };
+        if let Some(newest) = self.queue.get_mut(self.newest as usize % QUEUE) {
+            *newest = *command;
         }
         true
-    }
-
-    /// Changes mode and targets of the newest command.
-    pub fn change(&mut self, change: impl FnOnce(&mut Command)) {
-        if let Some(newest) = self.newest_mut() {
-            change(newest);
-        }
-    }
-
-    /// Sets a target position, mdeg.
-    pub fn set_position(&mut self, mdeg: i32) {
-        self.change(|command| {
-            command.target_position_mdeg = mdeg;
-            command.position_writes = command.position_writes.wrapping_add(1);
-        });
-    }
-
-    /// Changes a target velocity or its offset.
-    pub fn set_velocity(&mut self, change: impl FnOnce(&mut Command)) {
-        self.change(|command| {
-            change(command);
-            command.velocity_writes = command.velocity_writes.wrapping_add(1);
-        });
     }
 
     /// Selects a source of commands.
@@ -180,6 +186,7 @@ impl Commands {
     pub fn restart(&mut self) {
         *self = Self {
             newest: self.newest,
+            first: self.newest,
             restarts: self.restarts.wrapping_add(1),
             ..Self::DEFAULT
         };
@@ -224,41 +231,76 @@ impl ExcitationRequest {
 mod tests {
     use super::*;
 
+    fn change(
+        commands: &mut Commands,
+        taken: u32,
+        joins: bool,
+        change: impl FnOnce(&mut Command),
+    ) -> bool {
+        let mut command = *commands.newest();
+        change(&mut command);
+        commands.set(&command, joins, taken)
+    }
+
+    fn control(commands: &mut Commands, taken: u32, control: u16) -> bool {
+        change(commands, taken, false, |command| command.control = control)
+    }
+
     #[test]
     fn no_change_of_the_control_bits_is_lost_until_the_queue_is_full() {
         let mut commands = Commands::DEFAULT;
         let mut accepted = 0;
-        while commands.set_control(accepted as u16 + 1, 0) {
+        while control(&mut commands, 0, accepted as u16 + 1) {
             accepted += 1;
         }
         assert_eq!(accepted, QUEUE as u32 - 1);
         for number in 0..=accepted {
             assert_eq!(commands.at(number).control, number as u16);
         }
+        // Neither a mode nor a target joins the last edge of a full queue.
+        assert!(!change(&mut commands, 0, false, |command| command.mode = Mode::None));
+        assert!(!change(&mut commands, 0, false, |command| command.set_position(1)));
         // Once the loop has taken one there is room for one.
-        assert!(commands.set_control(100, 1));
-        assert!(!commands.set_control(101, 1));
+        assert!(control(&mut commands, 1, 100));
+        assert!(!control(&mut commands, 1, 101));
     }
 
     #[test]
-    fn a_target_belongs_to_the_control_bits_behind_which_it_was_written() {
+    fn a_target_acts_behind_the_edge_behind_which_it_was_written() {
         let mut commands = Commands::DEFAULT;
-        commands.set_position(1_000);
-        assert!(commands.set_control(0x1f, 0));
-        assert!(commands.set_control(0x0f, 0));
-        commands.set_position(2_000);
-        let targets = [1, 2].map(|number| {
+        let position = |mdeg| move |command: &mut Command| command.set_position(mdeg);
+        assert!(change(&mut commands, 0, false, position(1_000)));
+        assert!(control(&mut commands, 0, 0x1f));
+        // In the frame of the edge, in a frame behind it, and in one behind that.
+        assert!(change(&mut commands, 0, true, position(2_000)));
+        assert!(change(&mut commands, 0, false, position(3_000)));
+        assert!(change(&mut commands, 0, false, position(4_000)));
+        let targets = [0, 1, 2].map(|number| {
             let command = commands.at(number);
             (command.target_position_mdeg, command.position_writes)
         });
-        assert_eq!(targets, [(1_000, 1), (2_000, 2)]);
+        assert_eq!(targets, [(1_000, 1), (2_000, 2), (4_000, 4)]);
+        // The edge was taken.
+        assert!(change(&mut commands, 2, false, position(5_000)));
+        assert_eq!(commands.number(), 2);
+    }
+
+    #[test]
+    fn a_mode_acts_before_the_control_bits_that_follow_it() {
+        let mut commands = Commands::DEFAULT;
+        assert!(change(&mut commands, 0, false, |command| command.mode =
+            Mode::ProfilePosition));
+        assert!(control(&mut commands, 0, 0x1f));
+        let [first, second] = [1, 2].map(|number| *commands.at(number));
+        assert_eq!((first.mode, first.control), (Mode::ProfilePosition, 0));
+        assert_eq!((second.mode, second.control), (Mode::ProfilePosition, 0x1f));
     }
 
     #[test]
     fn the_same_control_bits_are_no_new_command() {
         let mut commands = Commands::DEFAULT;
         for _ in 0..100 {
-            assert!(commands.set_control(15, 0));
+            assert!(control(&mut commands, 0, 15));
         }
         assert_eq!(commands.number(), 1);
     }

@@ -1,8 +1,8 @@
 //! The reaction to the loss of the master.
 //!
-//! In the cyclic modes the master sends commands periodically: a pause of more than 2040h:1,
-//! counted from the transition to Operation enabled or the change to a cyclic mode, is a loss of
-//! the master. In every mode a missing heartbeat is a loss, and so is the NMT state Stopped.
+//! In the cyclic modes the master sends commands periodically: from the first one after the
+//! transition to Operation enabled, the change to a cyclic mode, or a halt, a pause of more than
+//! 2040h:1 is a loss of the master. In every mode a missing heartbeat is a loss, and so is the NMT state Stopped.
 //! 2040h:2 selects the reaction:
 //!
 //! | 2040h:2 | reaction |
@@ -16,13 +16,12 @@ use crate::{
     application::{CommandSource, Request},
     timing::periods,
 };
-use canopen::cia402::Cia402State;
+use canopen::cia402::{Cia402State, controlword};
 
 /// State of the supervision of the master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Failsafe {
-    /// Control periods since the last cyclic command, or since operation was enabled in a cyclic
-    /// mode.
+    /// Control periods since the last cyclic command, and one more; 0 before the first.
     silent: u16,
     /// The network reports a loss: heartbeat, or the NMT state Stopped.
     lost: bool,
@@ -33,7 +32,7 @@ pub(super) struct Failsafe {
 impl Failsafe {
     /// Registers a cyclic command.
     pub fn commanded(&mut self) {
-        self.silent = 0;
+        self.silent = 1;
     }
 
     /// Registers whether the network reports a loss.
@@ -67,7 +66,9 @@ impl State {
         let is_enabled = self.axis.state() == Cia402State::OperationEnabled;
         let is_cyclic = self.command.mode.is_cyclic();
         let is_bus = self.application.selected_source() == CommandSource::Bus;
-        if !is_cyclic || !is_enabled || !is_bus {
+        // After a halt the axis waits for a target, as after enabling.
+        let is_halted = self.command.control & controlword::HALT != 0;
+        if !is_cyclic || !is_enabled || !is_bus || is_halted {
             self.failsafe.silent = 0;
         }
         if !is_enabled || !is_bus {
@@ -77,12 +78,12 @@ impl State {
         let timeout_ms = parameters.board.command.command_timeout_ms;
         // An excitation needs no commands; after it the timeout starts again.
         let is_exciting = !self.is_commanded();
-        self.failsafe.silent = if is_cyclic && !is_exciting {
-            self.failsafe.silent.saturating_add(1)
-        } else {
-            0
+        self.failsafe.silent = match self.failsafe.silent {
+            0 => 0,
+            _ if is_exciting => 1,
+            silent => silent.saturating_add(1),
         };
-        let is_silent = timeout_ms > 0 && self.failsafe.silent > periods(timeout_ms);
+        let is_silent = timeout_ms > 0 && self.failsafe.silent > periods(timeout_ms) + 1;
         if !self.failsafe.lost && !is_silent {
             self.failsafe.retreat_mdeg = None;
             return Reaction::None;

@@ -21,7 +21,7 @@ mod failsafe;
 mod motion;
 mod parameters;
 
-use canopen::cia402::Axis;
+use canopen::cia402::{Axis, Cia402State};
 
 use self::failsafe::Failsafe;
 pub use self::{
@@ -182,14 +182,14 @@ impl State {
         Self {
             application: Application::new(&parameters.board, start),
             axis: Axis::new(),
-            command: *commands.newest(),
+            command: *commands.at(commands.first()),
             motion: Motion::default(),
             failsafe: Failsafe::default(),
             command_faults: FaultSet::EMPTY,
             pulse_age: u16::MAX,
             start: start.permanent(),
             taken: Taken {
-                command: commands.number(),
+                command: commands.first(),
                 parameters: parameters.number,
                 excitation: excitation.number,
                 source: commands.source.number,
@@ -255,10 +255,11 @@ impl State {
         }
     }
 
-    /// Takes the next command of the queue; returns whether targets of position and velocity were
-    /// written for it.
+    /// Takes the next command of the queue, which waits for the end of the initialisation; returns
+    /// whether targets of position and velocity were written for it.
     fn take_command(&mut self, commands: &Commands) -> (bool, bool) {
-        if self.taken.command != commands.number() {
+        let is_ready = self.axis.state() != Cia402State::NotReadyToSwitchOn;
+        if is_ready && self.taken.command != commands.number() {
             self.taken.command = self.taken.command.wrapping_add(1);
         }
         let command = *commands.at(self.taken.command);

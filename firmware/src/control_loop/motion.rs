@@ -2,8 +2,8 @@
 //! period.
 
 use canopen::cia402::{
-    self, Command, Demand, Input, Mode, Output, Parameters as AxisParameters, StopOption,
-    controlword,
+    self, Cia402State, Command, Demand, Input, Mode, Output, Parameters as AxisParameters,
+    StopOption, controlword,
 };
 
 use model_core::control::cascade::Setpoint;
@@ -19,13 +19,15 @@ use crate::{
 const VOLTAGE: FaultSet = FaultSet::of(&[Fault::UnderVoltage, Fault::OverVoltage]);
 
 impl State {
-    /// A rising edge of the fault reset acknowledges faults that are no longer present.
+    /// A rising edge of the fault reset acknowledges faults that are no longer present, in the state
+    /// "fault" alone: transition 15.
     pub(super) fn acknowledge(&mut self) {
         let resets = self.command.control & controlword::FAULT_RESET != 0;
         let rises = resets && !self.motion.resets;
         self.motion.resets = resets;
         let present = self.application.telemetry().present;
-        if !rises || !present.and(self.latched()).is_empty() {
+        let has_stopped = self.axis.state() == Cia402State::Fault;
+        if !rises || !has_stopped || !present.and(self.latched()).is_empty() {
             return;
         }
         if self.has_failed() {
@@ -132,19 +134,19 @@ impl State {
         }
     }
 
-    fn power_off(&mut self, axis: &AxisParameters, state: cia402::Cia402State) {
+    fn power_off(&mut self, axis: &AxisParameters, state: Cia402State) {
         // The application decelerates the shaft by itself, unless power must be removed at once.
         let coasts = axis.options.fault_reaction == StopOption::Disable;
         let reacts = self.application.state() == BoardState::FaultReaction
-            && state == cia402::Cia402State::Fault
+            && state == Cia402State::Fault
             && !coasts;
         if self.application.state().is_driving() && !reacts {
             let _ = self.application.request(Request::Disable);
         }
     }
 
-    fn command(&mut self, state: cia402::Cia402State, setpoint: Setpoint) {
-        let runs = state == cia402::Cia402State::OperationEnabled;
+    fn command(&mut self, state: Cia402State, setpoint: Setpoint) {
+        let runs = state == Cia402State::OperationEnabled;
         if runs
             && matches!(
                 self.application.state(),

@@ -53,15 +53,24 @@ fn two_telemetry_pdos_come_at_250_hz_and_a_status_at_50_hz() {
 }
 
 #[test]
-fn the_default_commands_are_controlword_target_mode_and_velocity() {
+fn each_default_command_has_the_controlword_as_in_cia_402() {
     let (mut node, mut app) = operational();
-    node.receive(&frame(0x201, &[0x0F, 0, 0x10, 0x27, 0, 0]), 0, &mut app);
-    node.receive(&frame(0x301, &[0xFF, 0xFF, 0xFF, 0xFF, 9]), 0, &mut app);
+    node.receive(&frame(0x201, &[6, 0]), 0, &mut app);
+    node.receive(&frame(0x301, &[7, 0, 9]), 0, &mut app);
+    node.receive(&frame(0x401, &[0x0F, 0, 0x10, 0x27, 0, 0]), 0, &mut app);
+    node.receive(
+        &frame(0x501, &[0x1F, 0, 0xFF, 0xFF, 0xFF, 0xFF]),
+        0,
+        &mut app,
+    );
     let expected = [
+        (0x6040, 6),
+        (0x6040, 7),
+        (0x6060, 9),
         (0x6040, 15),
         (0x607A, 10_000),
+        (0x6040, 31),
         (0x60FF, u64::MAX),
-        (0x6060, 9),
     ];
     assert_eq!(
         app.0,

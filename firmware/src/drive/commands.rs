@@ -6,7 +6,7 @@ use super::Drive;
 use crate::{
     application::{BoardState, CommandSource},
     capture::{CaptureSettings, Signal, Trigger},
-    control_loop::{Command, ExcitationRequest},
+    control_loop::ExcitationRequest,
     dictionary::{DriveCommand, Measured},
     parameters::{ExcitationSettings, Parameter},
     timing::thousandths,
@@ -42,9 +42,6 @@ impl Drive<'_> {
 
     /// Executes a command.
     pub(super) fn execute(&mut self, command: DriveCommand, value: u64) -> Result<(), Abort> {
-        let taken = self.outputs.taken.command;
-        let commands = &mut self.messages.commands;
-        let mut is_accepted = true;
         match command {
             DriveCommand::CommandSource => self.switch_source(value),
             DriveCommand::ExcitationControl if value == 0 => {
@@ -59,27 +56,35 @@ impl Drive<'_> {
                 let password = self.values.service.password;
                 return self.service.attempt(value as u32, password);
             }
-            DriveCommand::Controlword => {
-                commands.update(|it| is_accepted = it.set_control(value as u16, taken));
-            }
-            DriveCommand::Mode => {
-                let mode = Mode::from_code(value as i8).ok_or(Abort::Value)?;
-                commands.update(|it| it.change(|command| command.mode = mode));
-            }
-            DriveCommand::TargetPosition => {
-                commands.update(|it| it.set_position(value as i32));
-            }
-            DriveCommand::TargetVelocity => {
-                let set = |command: &mut Command| command.target_velocity_mdeg_s = value as i32;
-                commands.update(|it| it.set_velocity(set));
-            }
-            DriveCommand::VelocityOffset => {
-                let set = |command: &mut Command| command.velocity_offset_mdeg_s = value as i32;
-                commands.update(|it| it.set_velocity(set));
-            }
+            DriveCommand::Controlword
+            | DriveCommand::Mode
+            | DriveCommand::TargetPosition
+            | DriveCommand::TargetVelocity
+            | DriveCommand::VelocityOffset => return self.command(command, value),
         }
-        // The queue of controlwords is full.
-        is_accepted.then_some(()).ok_or(Abort::DeviceState)
+        Ok(())
+    }
+
+    /// Changes the command to the loop. While too many are queued, an SDO waits and an RPDO is
+    /// refused.
+    fn command(&mut self, object: DriveCommand, value: u64) -> Result<(), Abort> {
+        let before = self.messages.commands.unverified().number();
+        let mut command = *self.messages.commands.unverified().newest();
+        match object {
+            DriveCommand::Controlword => command.control = value as u16,
+            DriveCommand::Mode => {
+                command.mode = Mode::from_code(value as i8).ok_or(Abort::Value)?
+            }
+            DriveCommand::TargetPosition => command.set_position(value as i32),
+            DriveCommand::TargetVelocity => command.set_velocity(value as i32),
+            _ => command.set_velocity_offset(value as i32),
+        }
+        let (taken, joins) = (self.outputs.taken.command, self.has_queued);
+        let commands = &mut self.messages.commands;
+        let mut is_accepted = true;
+        commands.update(|it| is_accepted = it.set(&command, joins, taken));
+        self.has_queued |= commands.unverified().number() != before;
+        is_accepted.then_some(()).ok_or(Abort::NoResource)
     }
 
     /// Switches the source of the commands. At standstill it is the source after a reset too, once

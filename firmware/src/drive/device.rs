@@ -8,7 +8,6 @@ use super::{Drive, StoredParameters, emergency};
 use crate::{
     application::{BusState, Outputs},
     dictionary::DICTIONARY,
-    faults::FaultSet,
 };
 
 /// RPDOs of the dictionary.
@@ -23,8 +22,6 @@ pub struct Device<'a> {
     node: Node<RPDOS, TPDOS>,
     /// The drive.
     pub drive: Drive<'a>,
-    /// Faults of which the node has sent an EMCY.
-    reported: FaultSet,
     /// The node was informed that the bus is off.
     is_bus_off: bool,
     /// Control periods since the last bus error; `None` after the recovery was reported.
@@ -68,7 +65,6 @@ impl<'a> Device<'a> {
         Self {
             node,
             drive,
-            reported: FaultSet::EMPTY,
             is_bus_off: false,
             error_free_periods: None,
             worst_bus: None,
@@ -85,6 +81,7 @@ impl<'a> Device<'a> {
     /// Takes a frame from the bus.
     pub fn receive(&mut self, frame: &impl Frame, now_us: u64) {
         self.update_node_id();
+        self.drive.has_queued = false;
         self.node.receive(frame, now_us, &mut self.drive);
     }
 
@@ -118,6 +115,7 @@ impl<'a> Device<'a> {
             self.node.object_changed(Address::new(0x6041, 0));
         }
         self.update_node_id();
+        self.drive.has_queued = false;
         self.node.tick(now_us, &mut self.drive);
         self.drive.prepare_sample();
     }
@@ -131,15 +129,15 @@ impl<'a> Device<'a> {
     fn report_faults(&mut self) {
         let latched = self.drive.latched();
         let tick = self.drive.outputs().telemetry.tick;
-        for fault in self.reported.without(latched).iter() {
+        for fault in self.drive.reported.without(latched).iter() {
             let code = emergency::code(fault);
             self.node.clear(code, emergency::instance(fault));
         }
-        for fault in latched.without(self.reported).iter() {
+        for fault in latched.without(self.drive.reported).iter() {
             let error = emergency::of(fault, tick);
             self.node.raise(error, &mut self.drive);
         }
-        self.reported = latched;
+        self.drive.reported = latched;
     }
 
     /// Passes bus errors to the node again and again while they are active: the node sends an EMCY

@@ -11,7 +11,7 @@
 //! [`Device`] combines node and drive: frames and outputs of the loop go in, frames and messages to
 //! the loop come out. It depends neither on the transport of the frames nor on the flash.
 //!
-//! A write of an object changes a message: a controlword is queued in [`Commands`], a parameter is
+//! A write of an object changes a message: an edge is queued in [`Commands`], a parameter is
 //! checked with all others and becomes part of [`LoopParameters`]. Whether a write is permitted
 //! follows from the state that the loop reported last; the loop checks it once more.
 
@@ -73,12 +73,16 @@ pub struct Drive<'a> {
     pub messages: Messages,
     /// What the loop has reported last.
     outputs: Outputs,
+    /// Faults of which the node has sent an EMCY since its reset.
+    reported: FaultSet,
     capture: Capture<'a>,
     values: ObjectValues,
     model: MotorModel,
     store: ParameterStore,
     update: Update<'a>,
     service: ServiceAccess,
+    /// The present frame has queued a command, which further objects of the frame join.
+    has_queued: bool,
     /// A bit rate that LSS has set.
     bit_rate_kbit_s: Option<u16>,
     /// Node-ID of the node; 0 for none.
@@ -105,12 +109,14 @@ impl<'a> Drive<'a> {
                 excitation: Checked::new(ExcitationRequest::NONE),
             },
             outputs: outputs_at_start(&stored.board),
+            reported: FaultSet::EMPTY,
             capture: Capture::new(buffer),
             model: MotorModel::default(),
             store: ParameterStore::new(stored),
             update: Update::NEW,
             service: ServiceAccess::NEW,
             values: *stored.values(),
+            has_queued: false,
             bit_rate_kbit_s: None,
             node_id: 0,
             diagnostics: Diagnostics::default(),
@@ -160,6 +166,7 @@ impl<'a> Drive<'a> {
         let stored = self.store.stored();
         self.values = *stored.values();
         self.outputs = outputs_at_start(&stored.board);
+        self.reported = FaultSet::EMPTY;
         self.messages.parameters.update(|parameters| {
             *parameters = LoopParameters {
                 number: parameters.number.wrapping_add(1),
@@ -167,6 +174,7 @@ impl<'a> Drive<'a> {
             };
         });
         self.messages.commands.update(Commands::restart);
+        self.outputs.taken.command = self.messages.commands.unverified().number();
         self.messages.excitation.update(ExcitationRequest::stop);
         self.model = MotorModel::default();
         self.service.lock();

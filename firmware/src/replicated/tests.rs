@@ -3,8 +3,6 @@
 extern crate std;
 use std::vec::Vec;
 
-use canopen::cia402::Mode;
-
 use super::{shutdown::Shutdown, *};
 use crate::{
     application::{Samples, Start},
@@ -101,7 +99,8 @@ fn another_sample_or_another_command_of_the_second_copy_is_a_difference() {
     let mut other = same;
     other.current = None;
     assert!(!agrees(&other, &commands));
-    let mut other = commands;
-    other.change(|command| command.mode = Mode::ProfileVelocity);
+    let (mut command, mut other) = (*commands.newest(), commands);
+    command.set_position(1);
+    assert!(other.set(&command, false, 0));
     assert!(!agrees(&same, &other));
 }

@@ -45,7 +45,7 @@ pub fn default_profile(telemetry_hz: f64, command_hz: f64, heartbeat_hz: f64) ->
             telemetry_hz,
         ),
         row("status: statusword, mode, error (TPDO 3)", 5, 50.0),
-        row("command: controlword, position (RPDO 1)", 6, command_hz),
+        row("command: controlword, position (RPDO 3)", 6, command_hz),
         row("heartbeat", 1, heartbeat_hz),
     ]
 }

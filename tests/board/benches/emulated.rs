@@ -45,7 +45,7 @@ fn master(boards: u32) -> Port {
     for (ms, word) in (100..TOGETHER_MS).step_by(20).zip(words) {
         for node in 1..=boards {
             let data = control(word, to_and_fro(ms / 4)).bytes();
-            let frame = standard(0x200 + node as u16, &data[..6]);
+            let frame = standard(0x400 + node as u16, &data[..6]);
             port.send(ms * 1_000_000, to_wire(&frame));
         }
     }

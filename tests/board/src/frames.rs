@@ -47,17 +47,24 @@ pub fn start() -> Frame {
     nmt(1)
 }
 
-/// RPDO 1: controlword and target position, mdeg.
+/// RPDO 3: controlword and target position, mdeg.
 pub fn control(controlword: u16, mdeg: i32) -> Frame {
     let [a, b] = controlword.to_le_bytes();
     let [c, d, e, f] = mdeg.to_le_bytes();
-    standard(0x201, &[a, b, c, d, e, f])
+    standard(0x401, &[a, b, c, d, e, f])
 }
 
-/// RPDO 2: target velocity, mdeg/s, and mode of operation.
-pub fn target(mdeg_s: i32, mode: i8) -> Frame {
-    let [a, b, c, d] = mdeg_s.to_le_bytes();
-    standard(0x301, &[a, b, c, d, mode as u8])
+/// RPDO 2: controlword and mode of operation.
+pub fn mode(controlword: u16, mode: i8) -> Frame {
+    let [a, b] = controlword.to_le_bytes();
+    standard(0x301, &[a, b, mode as u8])
+}
+
+/// RPDO 4: controlword and target velocity, mdeg/s.
+pub fn velocity(controlword: u16, mdeg_s: i32) -> Frame {
+    let [a, b] = controlword.to_le_bytes();
+    let [c, d, e, f] = mdeg_s.to_le_bytes();
+    standard(0x501, &[a, b, c, d, e, f])
 }
 
 /// An SDO request.

@@ -2,7 +2,9 @@
 
 use model_core::time::CONTROL_RATE_HZ;
 
-use crate::frames::{Frame, LOAD, SAVE, control, nmt, read, sdo, standard, start, target, write};
+use crate::frames::{
+    Frame, LOAD, SAVE, control, mode, nmt, read, sdo, standard, start, velocity, write,
+};
 
 /// Targets, deg: steps, sines, a ramp, the end stops of the servo alternately, an angle beyond the
 /// position limits, and one of a few encoder counts.
@@ -23,7 +25,7 @@ fn target_deg(tick: u64) -> f64 {
 
 /// Each mode for ten seconds, with occasional quick stops, halts and disabled power.
 pub fn command(tick: u64) -> Vec<Frame> {
-    let mode = [8, 1, 3, 9, 8, 1][(tick / 2500 % 6) as usize];
+    let code = [8, 1, 3, 9, 8, 1][(tick / 2500 % 6) as usize];
     let within = tick % 2500;
     let mdeg = (target_deg(tick) * 1000.0) as i32;
     let word = match within {
@@ -43,7 +45,7 @@ pub fn command(tick: u64) -> Vec<Frame> {
         2030..2040 => 0x07,
         _ => word,
     };
-    vec![control(word, mdeg), target(mdeg, mode)]
+    vec![mode(word, code), velocity(word, mdeg), control(word, mdeg)]
 }
 
 /// Ticks of [`everything`].

@@ -65,8 +65,9 @@ impl Axis {
                 let off = input.position_actual.abs_diff(result.target);
                 let near = runs && result.ended && off <= parameters.position_window;
                 let time_ms = parameters.position_window_time_ms;
-                let reached = self.reached_timer.step(near, time_ms, period_us);
-                (reached || stopped, runs && self.set_points.acknowledged())
+                self.is_reached = self.reached_timer.step(near, time_ms, period_us);
+                let reached = self.is_reached || stopped;
+                (reached, runs && self.set_points.acknowledged())
             }
             Mode::ProfileVelocity => {
                 let off = input.velocity_actual.abs_diff(result.target);

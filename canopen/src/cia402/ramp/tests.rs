@@ -126,7 +126,7 @@ fn nothing_overflows_at_the_ends_of_the_range() {
         for _ in 0..100 {
             ramp.to_position(i32::MAX, &limits, period_us);
             ramp.to_velocity(i32::MIN, &limits, period_us);
-            ramp.interpolate(i32::MAX, 0, period_us);
+            ramp.interpolate(i32::MAX, 0, u32::MAX, period_us);
             ramp.set_velocity(i32::MIN, period_us);
             assert!(Ramp::stopping_velocity(u32::MAX, 0, period_us) >= 0);
         }

@@ -72,7 +72,7 @@ async function test_node_canopen_imports_every_entry_of_the_eds() {
             assert.equal(entry.dataType, Number(keys.DataType), keys.ParameterName);
     }
     assert.deepEqual(sheet.getTransmitPdos().map((pdo) => [pdo.cobId, pdo.eventTime]), [[0x181, 4], [0x281, 4], [0x381, 20]]);
-    assert.deepEqual(sheet.getReceivePdos().map((pdo) => pdo.cobId), [0x201, 0x301]);
+    assert.deepEqual(sheet.getReceivePdos().map((pdo) => pdo.cobId), [0x201, 0x301, 0x401, 0x501]);
 }
 
 async function test_node_canopen_uses_all_three_transfer_types() {
@@ -158,7 +158,7 @@ async function test_node_canopen_drives_the_actuator_by_pdos() {
             const data = Buffer.alloc(6);
             data.writeUInt16LE(controlword, 0);
             data.writeInt32LE(20000, 2);
-            bus.send({ id: 0x201, data });
+            bus.send({ id: 0x401, data });
         };
         for (const [controlword, mask, statusword] of [
             [0x06, 0x6f, 0x21], [0x07, 0x6f, 0x23], [0x0f, 0x6f, 0x27], [0x1f, 0x1000, 0x1000], [0x0f, 0x1400, 0x0400]]) {

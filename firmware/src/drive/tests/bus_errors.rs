@@ -74,6 +74,26 @@ fn active_bus_errors_are_reported_again_after_a_reset_of_the_node() {
 }
 
 #[test]
+fn a_fault_that_persists_is_reported_again_after_a_reset_of_the_node() {
+    let mut bench = Bench::new();
+    bench.enable();
+    let without_encoder = |samples: &mut Samples| samples.encoder = None;
+    for _ in 0..2 {
+        for _ in 0..100 {
+            bench.step_with(without_encoder);
+        }
+        let emergencies = bench.emergencies();
+        let instance = 0x80 | Fault::EncoderInvalid.number() as u8;
+        assert!(
+            emergencies.iter().any(|it| it.1 == instance),
+            "{emergencies:x?}"
+        );
+        bench.send(0, &[0x81, 0]);
+        bench.received.clear();
+    }
+}
+
+#[test]
 fn a_watchdog_reset_is_reported_after_the_first_reset_of_the_node() {
     let start = Start {
         watchdog: true,
@@ -102,6 +122,13 @@ fn only_a_corrupt_program_remains_a_fault_after_a_reset_of_the_node() {
         let latched = bench.actuator.device.drive.outputs().telemetry.latched;
         assert!(latched.contains(Fault::ProgramCorrupt));
         assert_eq!(latched.contains(Fault::DataCorrupt), is_first);
+        let instance = 0x80 | Fault::ProgramCorrupt.number() as u8;
+        let emergencies = bench.emergencies();
+        assert!(
+            emergencies.iter().any(|it| it.1 == instance),
+            "{emergencies:x?}"
+        );
+        bench.received.clear();
         bench.send(0, &[0x81, 0]);
     }
 }

@@ -55,7 +55,7 @@ proptest! {
         for word in [6, 7, last] {
             if is_rpdo {
                 let [a, b, c, d] = target_mdeg.to_le_bytes();
-                bench.send(0x201, &[word as u8, 0, a, b, c, d]);
+                bench.send(0x401, &[word as u8, 0, a, b, c, d]);
                 bench.steps(2);
             } else {
                 bench.control(word);

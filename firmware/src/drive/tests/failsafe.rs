@@ -134,12 +134,24 @@ fn an_excitation_needs_no_commands_and_restarts_the_timeout() {
 }
 
 #[test]
-fn the_timeout_of_commands_runs_from_enabling() {
+fn the_timeout_of_commands_runs_from_the_first_one_after_enabling_or_a_halt() {
     for mode in [8, 9] {
-        let mut bench = Bench::enabled(mode);
+        let mut bench = Bench::new();
+        bench.set(0x6060, 0, mode, 1);
+        bench.set(0x607A, 0, 0, 4);
+        bench.enable();
+        bench.steps(100);
+        assert_eq!(bench.status() & 0x6F, 0x27, "no command yet");
+        let target = if mode == 8 { 0x607A } else { 0x60FF };
+        bench.set(target, 0, 0, 4);
+        bench.control(0x10F);
+        bench.steps(100);
+        bench.control(0x0F);
+        bench.steps(100);
+        assert_eq!(bench.status() & 0x6F, 0x27, "no command since the halt");
+        bench.set(target, 0, 0, 4);
         bench.received.clear();
-        // `enabled` has taken two periods, and an SDO one.
-        bench.steps(22);
+        bench.steps(25);
         assert!(bench.emergencies().is_empty(), "mode {mode}");
         bench.steps(3);
         assert_eq!(bench.emergencies(), [(0x8130, 0x8F)], "mode {mode}");
@@ -147,15 +159,34 @@ fn the_timeout_of_commands_runs_from_enabling() {
 }
 
 #[test]
-fn a_change_to_a_cyclic_mode_restarts_the_timeout() {
+fn after_a_change_to_a_cyclic_mode_the_timeout_runs_from_its_first_command() {
     let mut bench = Bench::enabled(1);
     bench.set(0x607A, 0, 0, 4);
     bench.steps(500);
     bench.set(0x6060, 0, 8, 1);
-    bench.steps(20);
+    bench.steps(100);
     assert_eq!(bench.status() & 0x6F, 0x27);
-    bench.steps(10);
-    assert_eq!(bench.get(0x603F, 0), 0x8130, "from the change of mode on");
+    bench.set(0x607A, 0, 0, 4);
+    bench.steps(30);
+    assert_eq!(bench.get(0x603F, 0), 0x8130);
+}
+
+#[test]
+fn a_fault_is_not_reset_before_its_reaction_has_ended() {
+    let mut bench = Bench::enabled(9);
+    bench.set(0x60FF, 0, 200_000, 4);
+    let status = |bench: &mut Bench| bench.actuator.device.drive.outputs().motion.status & 0x4F;
+    bench.until(100, |bench| status(bench) == 0x0F);
+    for word in [0x80, 0x00, 0x80] {
+        bench.send(0x601, &[0x2B, 0x40, 0x60, 0, word, 0, 0, 0]);
+        bench.step();
+        assert_eq!(status(&mut bench), 0x0F, "fault reaction active");
+    }
+    bench.until(100, |bench| status(bench) == 0x08);
+    assert_eq!(bench.get(0x603F, 0), 0x8130);
+    bench.control(0);
+    bench.control(0x80);
+    assert_eq!((status(&mut bench), bench.get(0x603F, 0)), (0x40, 0));
 }
 
 #[test]

@@ -4,6 +4,7 @@ extern crate std;
 
 mod bus_errors;
 mod enabling;
+mod events;
 mod failsafe;
 mod limits;
 mod motion;
@@ -37,7 +38,7 @@ struct Bench {
     /// Control periods that a write takes, and those that are left.
     writes_for: u32,
     writing: Option<u32>,
-    /// Written to RPDO 1 in each control period.
+    /// Written to RPDO 3 in each control period.
     cyclic: Option<(u16, i32)>,
 }
 
@@ -134,7 +135,7 @@ impl Bench {
                 .into_iter()
                 .chain(target.to_le_bytes())
                 .collect();
-            self.send(0x201, &data);
+            self.send(0x401, &data);
         }
         let mut samples = self.motor.samples();
         hand(&mut samples);

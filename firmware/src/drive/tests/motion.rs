@@ -176,7 +176,7 @@ fn a_missing_supply_prevents_switching_on() {
         scan.supply = model_core::sensors::adc::AdcCode::new(500);
     };
     for word in [6_u16, 7, 15] {
-        bench.send(0x201, &[word as u8, 0, 0, 0, 0, 0]);
+        bench.send(0x201, &[word as u8, 0]);
         for _ in 0..20 {
             bench.step_with(starve);
         }
@@ -193,7 +193,7 @@ fn the_servo_pulse_commands_and_the_bus_continues_from_its_angle() {
     let pulse = |samples: &mut Samples| samples.servo_pulse_us = Some(1750);
     bench.step_with(pulse);
     for word in [6_u16, 7, 15] {
-        bench.send(0x201, &[word as u8, 0, 0, 0, 0, 0]);
+        bench.send(0x201, &[word as u8, 0]);
         bench.step_with(pulse);
     }
     for _ in 0..400 {
