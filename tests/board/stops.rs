@@ -1,6 +1,6 @@
 //! Stops that begin in each phase of a motion: the shaft is not turned back.
 
-use board_tests::frames::{Frame, control, standard, target};
+use board_tests::frames::{Frame, control, mode as select_mode, nmt, velocity};
 use board_tests::master::driven;
 use board_tests::program::run_master;
 use virtual_board::plant::BoardPlantOptions;
@@ -31,12 +31,13 @@ fn stopped(tick: u64, mode: i8, stop_tick: u64, stop: Stop) -> Vec<Frame> {
             Stop::Halt => vec![control(0x10f, 55_000)],
             Stop::Disable => vec![control(0x07, 55_000)],
             Stop::Silence => vec![],
-            Stop::ResetNode if tick == stop_tick => vec![standard(0, &[0x81, 1])],
+            Stop::ResetNode if tick == stop_tick => vec![nmt(0x81)],
             Stop::ResetNode => vec![],
         };
     }
     match (mode, tick) {
-        (9, MOTION_TICK..) => vec![target(300_000, 9)],
+        (9, MOTION_TICK) => vec![select_mode(0x0f, 9)],
+        (9, MOTION_TICK..) => vec![velocity(0x0f, 300_000)],
         (_, MOTION_TICK..) => driven(tick, 55_000),
         _ => driven(tick, -55_000),
     }
