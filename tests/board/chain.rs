@@ -98,9 +98,9 @@ fn a_command_reaches_the_bridge_within_its_latency_limits_at_any_phase() {
     let lines = [
         "t00020100",
         "t60182F60600008000000",
-        "t2016060000000000",
-        "t2016070000000000",
-        "t20160F0000000000",
+        "t4016060000000000",
+        "t4016070000000000",
+        "t40160F0000000000",
     ];
     for (number, line) in (1..).zip(lines) {
         plan.push((OPEN_US + 20_000 * number, format!("{line}\r").into()));
@@ -111,7 +111,7 @@ fn a_command_reaches_the_bridge_within_its_latency_limits_at_any_phase() {
         let at_us = OPEN_US + 120_000 + APART_US * number;
         let target_mdeg: i32 = if number % 2 == 0 { 0 } else { 10_000 };
         let target = target_mdeg.to_le_bytes().map(|byte| format!("{byte:02X}"));
-        let line = format!("t20160F00{}\r", target.concat());
+        let line = format!("t40160F00{}\r", target.concat());
         jumps.push(at_us * 1000 + 5_000 * line.len() as u64);
         // Repeated at 50 Hz until the next jump, as a master does.
         for again in 0..15 {
