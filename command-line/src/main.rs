@@ -26,6 +26,7 @@ mod image;
 mod interrupt;
 mod manual;
 mod mujoco;
+mod origin;
 mod output;
 mod parameters;
 mod report;
