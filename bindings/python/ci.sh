@@ -35,10 +35,19 @@ readme python >example.py
 env -i HOME="$HOME" PATH="$without_rust" python example.py
 
 say "tests"
-"$python" -m pip install --quiet pytest "dask[distributed]" mypy pandas polars pyarrow scipy gymnasium control "jax[cpu]"
+"$python" -m pip install --quiet pytest "dask[distributed]" mypy pandas polars pyarrow scipy gymnasium control "jax[cpu]" \
+    mujoco==4.0.0 jsbsim==1.3.3 "better-actuator-models==1.0.2; python_version >= '3.12'" matplotlib nbclient ipykernel
 bash "$source/../../.ci/programs"
 ACTUATOR=$target/debug/actuator "$python" -m pytest -q -p no:cacheprovider \
     --rootdir "$source" -c "$source/pyproject.toml" "$source/tests"
+
+say "notebook"
+PATH=$place/clean/bin:$PATH MPLBACKEND=Agg "$python" -c "
+import nbclient, nbformat, sys
+book = nbformat.read(sys.argv[1], as_version=4)
+nbclient.NotebookClient(book, timeout=300).execute()
+print(len(book.cells), 'cells')
+" "$source/examples/from_paper_to_simulator.ipynb"
 
 say "types"
 "$python" -m mypy --config-file "$source/pyproject.toml" --cache-dir "$place/mypy" -p smart_actuator

@@ -13,7 +13,7 @@ use clap::{
 pub use data::{DataOptions, Loaded};
 pub use search::{SearchOptions, loss_names};
 
-use super::output;
+use super::{origin, output};
 use crate::error::Error;
 use host_sim::{
     file,
@@ -87,11 +87,6 @@ impl Identify {
         let loaded = self.data.load(&chosen)?;
         let assessments = self.search.fit(chosen, &loaded)?;
         let nonparametric = NonparametricAnalysis::of(&loaded.fitted);
-        for assessment in &assessments {
-            for warning in &assessment.warnings {
-                note!("warning: {}: {warning}", assessment.name);
-            }
-        }
         if let Some(path) = &self.parameters {
             for assessment in &assessments {
                 let text = parameter_file::text(&assessment.fit)?;
@@ -106,6 +101,12 @@ impl Identify {
             loaded: &loaded,
         };
         self.outputs.write(&found)?;
+        // Behind the estimates.
+        for assessment in &assessments {
+            for warning in &assessment.warnings {
+                note!("warning: {}: {warning}", assessment.name);
+            }
+        }
         let open = assessments.iter().filter(|a| !a.fit.has_converged());
         let open: Vec<String> = open.map(|a| a.name.clone()).collect();
         match open.is_empty() {
@@ -148,6 +149,7 @@ impl Outputs {
                 ranking: found.ranking,
                 nonparametric: found.nonparametric,
                 notes: &found.loaded.notes,
+                origin: &origin::of_this_run(),
             };
             fit_page::page(&content).write(path)?;
             note!("report: {}", path.display());

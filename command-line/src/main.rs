@@ -19,12 +19,14 @@ mod completions;
 mod emulated;
 mod error;
 mod experiment;
+mod export;
 mod fmu;
 mod identify;
 mod image;
 mod interrupt;
 mod manual;
 mod mujoco;
+mod origin;
 mod output;
 mod parameters;
 mod report;
@@ -54,7 +56,7 @@ use error::Error;
 #[command(mut_subcommands(with_negative_numbers))]
 struct Arguments {
     #[command(subcommand)]
-    command: Command,
+    command: Option<Command>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -67,6 +69,7 @@ enum Command {
     Completions(completions::Completions),
     Excite(can::Excite),
     Experiment(experiment::Experiment),
+    Export(export::Export),
     Faults(can::Faults),
     Fmu(fmu::Fmu),
     Mujoco(mujoco::Mujoco),
@@ -98,13 +101,31 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
     })
 }
 
+/// What the program answers without a command.
+const FIRST_STEPS: &str = "\
+Begin with one of these:
+
+  actuator studio                    simulated actuators in the browser: move, break, identify, tune
+  actuator report                    the paper's figures, simulated, as a page
+  actuator simulate --plot run.html  a pulse on the board, as a plot
+  actuator identify RECORDING        a model of a recorded servo, with standard errors
+  actuator export fitted.toml --to mujoco-position
+                                     that model as the actuator of another simulator
+  actuator scan --bus can0           the actuators on a bus
+
+`actuator help` lists all commands, `actuator help COMMAND` the options of one.
+";
+
 impl Arguments {
     /// Runs the command.
     ///
     /// # Errors
     /// Those of the command.
     fn run(self) -> Result<(), Error> {
-        match self.command {
+        let Some(command) = self.command else {
+            return output::print(FIRST_STEPS);
+        };
+        match command {
             #[cfg(feature = "board")]
             Command::Board(board) => board.run(),
             Command::BusLoad(bus_load) => bus_load.run(),
@@ -112,6 +133,7 @@ impl Arguments {
             Command::Completions(completions) => completions.run(),
             Command::Excite(excite) => excite.run(),
             Command::Experiment(experiment) => experiment.run(),
+            Command::Export(export) => export.run(),
             Command::Faults(faults) => faults.run(),
             Command::Fmu(fmu) => fmu.run(),
             Command::Mujoco(mujoco) => mujoco.run(),

@@ -82,7 +82,7 @@ pub struct Simulate {
     plot: Option<PathBuf>,
 }
 
-fn input_names() -> PossibleValuesParser {
+pub(super) fn input_names() -> PossibleValuesParser {
     let inputs = Input::NAMES.iter().filter_map(|name| Input::named(name));
     PossibleValuesParser::new(inputs.map(|input| {
         PossibleValue::new(input.name())

@@ -17,7 +17,7 @@ use host_sim::{
     file, plot,
     scenario::Setting,
     settings::ModelKind,
-    tune::{self, TuneError},
+    tune::{self, Language, TuneError},
 };
 use options::TuneOptions;
 
@@ -56,9 +56,29 @@ pub struct Tune {
     parameters: ParameterOptions,
     #[command(flatten)]
     json: output::Json,
+    /// Writes gains and loops as code: .m for MATLAB and Octave, .py for python-control
+    #[arg(long, value_name = "FILE", value_parser = code_file)]
+    code: Option<CodeFile>,
     /// Plots the Bode diagram with the margins, as .svg or interactive .html
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+}
+
+/// A file of code.
+#[derive(Debug, Clone)]
+struct CodeFile {
+    path: PathBuf,
+    language: Language,
+}
+
+fn code_file(text: &str) -> Result<CodeFile, String> {
+    let path = PathBuf::from(text);
+    let language = match path.extension().and_then(|end| end.to_str()) {
+        Some("m") => Language::Matlab,
+        Some("py") => Language::Python,
+        _ => return Err("expected a file that ends in .m or .py".into()),
+    };
+    Ok(CodeFile { path, language })
 }
 
 impl Tune {
@@ -72,6 +92,7 @@ impl Tune {
         }
         let files = [
             ("--plot", self.plot.as_deref()),
+            ("--code", self.code.as_ref().map(|code| code.path.as_path())),
             ("--json", self.json.file()),
         ];
         let given = files.into_iter().filter_map(|(o, path)| Some((o, path?)));
@@ -86,6 +107,11 @@ impl Tune {
             || result::json(&tuning, command.as_deref()),
             || result::print(&tuning, command.as_deref()),
         )?;
+        if let Some(CodeFile { path, language }) = &self.code {
+            let text = tune::code(&request, &tuning, *language).map_err(explained)?;
+            file::write(path, text)?;
+            note!("code: {}", path.display());
+        }
         if let Some(path) = &self.plot {
             plot::save(&tune::bode(&request, &tuning).map_err(explained)?, path)?;
             note!("plot: {}", path.display());

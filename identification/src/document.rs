@@ -56,7 +56,11 @@ pub fn document(
 fn model(assessment: &Assessment) -> Value {
     let fit = &assessment.fit;
     let names = fit.rows.iter().map(|row| fit.estimates[*row].name);
-    let parameters: Vec<Value> = fit.estimates.iter().map(|e| estimate(fit, e)).collect();
+    let parameters: Vec<Value> = fit
+        .estimates
+        .iter()
+        .map(|e| estimate(assessment, e))
+        .collect();
     let assessed = |all: &[Assessed]| all.iter().map(experiment).collect::<Vec<_>>();
     json!({
         "name": assessment.name,
@@ -115,7 +119,8 @@ fn termination(termination: Termination) -> &'static str {
     }
 }
 
-fn estimate(fit: &Fit, estimate: &Estimate) -> Value {
+fn estimate(assessment: &Assessment, estimate: &Estimate) -> Value {
+    let fit = &assessment.fit;
     let experiment = estimate.experiment.and_then(|i| fit.experiments.get(i));
     json!({
         "name": estimate.name,
@@ -133,6 +138,7 @@ fn estimate(fit: &Fit, estimate: &Estimate) -> Value {
         "bounds": [estimate.bounds.0, estimate.bounds.1],
         "identifiable": estimate.identifiable,
         "fixed": estimate.fixed,
+        "remark": assessment.remark(estimate),
         "experiment": experiment.map(|e| e.name.as_str()),
     })
 }

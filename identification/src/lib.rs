@@ -27,6 +27,7 @@ pub mod engine;
 pub mod evaluation;
 pub mod experiment;
 pub mod experiment_fit;
+pub mod export;
 pub mod fit;
 pub mod frequency;
 pub mod hybrid;

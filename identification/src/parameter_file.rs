@@ -4,6 +4,7 @@
 //! A motor becomes the drivetrain of the board: with the board's own loops where it was fitted
 //! from its duty, and with its fitted position loop where it was fitted from its command.
 
+pub mod bam;
 mod motor;
 
 use std::fmt::Write as _;
@@ -87,7 +88,7 @@ pub fn text(fit: &Fit) -> Result<String, NotSimulated> {
                 e.unit,
                 e.standard_error.max(e.standard_error_coloured)
             ),
-            Some(e) if e.is_undetermined() => writeln!(text, " # {}, not determined", e.unit),
+            Some(e) if e.is_undetermined() => writeln!(text, " # {}, not identifiable", e.unit),
             _ => writeln!(text),
         };
     }

@@ -2,6 +2,7 @@
 import { h, put, fixed } from './dom.js';
 import { request } from './socket.js';
 import { NumberField } from './number.js';
+import { saving } from './save.js';
 import { state, object, scale, quantityOf } from './state.js';
 
 const SHAPE = 3, AMPLITUDE = 4, START = 5, END = 6, DURATION = 7, REPETITIONS = 12;
@@ -34,7 +35,7 @@ export class ExcitationForm {
     this.shape = h('select', { id: `${prefix}-shape`, onchange: () => { settings[SHAPE] = +this.shape.value; this.build(); } },
       excitations.map((shape, i) => h('option', { value: i }, shape.label)));
     this.shape.value = settings[SHAPE];
-    this.element = h('div', {}, h('div', { class: 'row' }, h('label', { for: `${prefix}-shape` }, 'Shape'), this.shape), this.fields, this.preview, this.about);
+    this.element = h('div', {}, h('div', { class: 'row' }, h('label', { for: `${prefix}-shape` }, 'Shape'), this.shape), this.fields, this.preview, h('div', { class: 'row' }, saving(this.preview, `${prefix}-excitation`)), this.about);
     this.build();
   }
   values() {

@@ -4,6 +4,7 @@ import { request } from './socket.js';
 import { state, watch, chosen, hasControl, whyNot } from './state.js';
 import { latest } from './ring.js';
 import { ExcitationForm } from './excitation.js';
+import { saving } from './save.js';
 import { takeMotor } from './tune.js';
 
 // The time behind an excitation until its shaft rests, s.
@@ -25,7 +26,7 @@ const show = host => {
     if (answer.error) return put(predicted, h('p', { class: 'note warn' }, answer.error));
     put(predicted, table(['Parameter', { name: 'Expected', number: true }, { name: 'Error', number: true }], h('tbody', {}, answer.parameters.map(p => h('tr', {},
       h('td', { class: 'breaks' }, p.name), h('td', { class: 'number', title: p.unit }, short(p.value)),
-      h('td', { class: 'number' }, p.standard_error == null ? 'not determined' : p.percent == null ? short(p.standard_error) : `${fixed(p.percent, p.percent < 10 ? 2 : 0)} %`))))),
+      h('td', { class: 'number' }, p.standard_error == null ? 'not identifiable' : p.percent == null ? short(p.standard_error) : `${fixed(p.percent, p.percent < 10 ? 2 : 0)} %`))))),
     h('p', { class: 'soft' }, `The angle reaches ${fixed(answer.largest_angle_deg, 1)}°; ${fixed(answer.limited_s, 1)} s at the rate limit. Noise assumed: ${answer.noise_deg}°.`));
   }
   const form = new ExcitationForm('identify', settings => { if (form.isValid) predict(settings); update(); });
@@ -82,14 +83,14 @@ const show = host => {
         estimates(answer.parameters.rows.filter(isEstimated)),
         h('details', {}, h('summary', {}, 'Given parameters'), estimates(answer.parameters.rows.filter(row => !isEstimated(row)))),
         answer.doubts.map(doubt => h('p', { class: 'note bad' }, 'The intervals may not hold: ', doubt)),
-        warnings.length > 0 && h('details', {}, h('summary', {}, `${warnings.length} warnings`), warnings.map(warning => h('p', { class: 'note warn' }, warning)))),
+        warnings.length > 0 && h('details', {}, h('summary', {}, `${warnings.length} warning${warnings.length === 1 ? '' : 's'}`), warnings.map(warning => h('p', { class: 'note warn' }, warning)))),
       motor && h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Motor for the board and the tuning'), takeOver),
         table(['Object', { name: 'Value', number: true }, 'Unit'], h('tbody', {}, [...motor.objects.map(({ name, value, unit }) => [name, value, unit]), ['gain of the motor, for Tune', motor.motor_gain, '(deg/s)/%'], ['time constant, for Tune', motor.motor_time_constant_s, 's']].map(([name, value, unit]) => h('tr', {}, h('td', {}, name), h('td', { class: 'number' }, short(value)), h('td', { class: 'unit' }, unit))))),
-        motor.open.length > 0 && h('p', { class: 'note' }, `Not determined by this experiment, and not written: ${motor.open.join(', ')}.`),
+        motor.open.length > 0 && h('p', { class: 'note' }, `Not identifiable from this experiment, and not written: ${motor.open.join(', ')}.`),
         motor.remark && h('p', { class: 'note' }, motor.remark)),
       answer.figures.map((figure, i) => {
         const plot = h('div', { class: 'fit-figure' });
-        const section = h('section', { class: 'card' }, h('header', {}, h('h2', {}, figure.title)), plot, figure.caption && h('p', { class: 'soft' }, figure.caption));
+        const section = h('section', { class: 'card' }, h('header', {}, h('h2', {}, figure.title), saving(plot, `fit-${i + 1}`)), plot, figure.caption && h('p', { class: 'soft' }, figure.caption));
         setTimeout(() => figures.draw(plot, figure.data, `fit-${i}`));
         return section;
       }));

@@ -5,6 +5,7 @@ import { NumberField } from './number.js';
 import { state, watch, actuators, hasControl, colour, object, quantityOf } from './state.js';
 import { latest, ring } from './ring.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
+import { saving } from './save.js';
 
 // What the user has chosen stays while other views are shown.
 const chosen = { nodes: null, panels: ['angle', 'rate', 'current', 'duty'], window: 10 };
@@ -54,7 +55,7 @@ const show = host => {
         button('+', () => zoom(0.5), { title: 'Zoom in', 'aria-label': 'Zoom in' }), button('−', () => zoom(2), { title: 'Zoom out', 'aria-label': 'Zoom out' }))),
       quantities, plots,
       h('div', { class: 'row spread' },
-        h('div', { class: 'row' }, 'Save what is shown:', formats.map(format => button(format.toUpperCase(), () => save(format), { id: `save-${format}` }))),
+        h('div', { class: 'row' }, 'Save what is shown:', formats.map(format => button(format.toUpperCase(), () => save(format), { id: `save-${format}` })), saving(plots, 'live')),
         speed),
       h('p', { class: 'soft' }, 'Drag across a plot to zoom, double-click to follow again. Click a name to hide its curve. Grey: no telemetry.')),
     capture()));
@@ -119,7 +120,7 @@ const capture = () => {
   });
   return h('section', { class: 'card' },
     h('header', {}, h('h2', {}, 'Capture in the board'), h('div', { class: 'row' },
-      button('Arm', arm, { id: 'arm' }), button('End', end), button('Show', load, { id: 'load' }))),
+      button('Arm', arm, { id: 'arm' }), button('End', end), button('Show', load, { id: 'load' }), saving(result, 'capture'))),
     h('p', { class: 'soft' }, 'The board records its signals in each control period, without loss, also while the bus is busy.'),
     h('div', { class: 'row' }, h('label', {}, 'Trigger ', trigger), h('label', {}, 'Records before it ', before.element), h('label', {}, 'Every n-th period ', decimation.element)), result);
 };

@@ -5,6 +5,7 @@ import { NumberField } from './number.js';
 import { state, watch, chosen, hasControl, whyNot, object, scale, unit, quantityOf, read, write } from './state.js';
 import { ring, column, latest } from './ring.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
+import { saving } from './save.js';
 import { hold, stop } from './control.js';
 import { ExcitationForm } from './excitation.js';
 
@@ -56,7 +57,7 @@ const show = host => {
         h('div', { class: 'target' }, slider, h('div', { class: 'ends' }, low, high)), jog,
         h('h3', {}, 'Profile limits'), profile),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Excitation'), run), why, form.element)),
-    h('section', { class: 'card' }, plots)));
+    h('section', { class: 'card' }, plots, h('div', { class: 'row' }, saving(plots, 'move')))));
 
   let node = null, isBusy = false;
   const load = async () => {

@@ -75,6 +75,7 @@ export class LivePlot {
         },
       }, [[], ...series.map(() => [])], this.host);
       chart.root.classList.add('plot');
+      chart.root.chart = chart;
       chart.over.addEventListener('dblclick', () => this.reset?.());
       return chart;
     });

@@ -4,6 +4,7 @@ import { request } from './socket.js';
 import { NumberField } from './number.js';
 import { state, watch, chosen, hasControl, whyNot, object, quantityOf, read } from './state.js';
 import { slice, latest } from './ring.js';
+import { saving } from './save.js';
 
 // What the user has entered, and what was measured, stays while other views are shown.
 const entered = {}, measured = [];
@@ -47,9 +48,9 @@ const show = host => {
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Gains'), apply), gains, results, problems)),
     h('div', { class: 'column' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Step'), h('div', { class: 'row' },
-        h('label', {}, number(STEP, 't-step', quantityOf(object('2020:4'))), ' deg'), measure, clear)), why, stepPlot,
+        h('label', {}, number(STEP, 't-step', quantityOf(object('2020:4'))), ' deg'), measure, clear, saving(stepPlot, 'step'))), why, stepPlot,
       h('p', { class: 'soft' }, 'Measuring runs a pulse of this height on the enabled actuator. The last two measurements stay, to compare before and after.')),
-      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Frequency response of the sampled loop')), bodePlot))));
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Frequency response of the sampled loop'), saving(bodePlot, 'bode')), bodePlot))));
   build();
 
   let timer = null, asked = 0;

@@ -12,6 +12,7 @@ end in their unit. One tick is 50 us. Results are bit-identical to those of the 
 from ._native import __version__
 from ._batch import ActuatorBatch
 from ._control import to_control
+from ._export import Export, export
 from ._identify import Estimate, FitWarning, FittedModel, Identification, identify
 from ._sensitivity import sensitivity
 from ._simulate import monte_carlo, simulate
@@ -23,12 +24,14 @@ __all__ = [
     "Actuator",
     "ActuatorBatch",
     "Estimate",
+    "Export",
     "FitWarning",
     "FittedModel",
     "Identification",
     "Reading",
     "Trace",
     "__version__",
+    "export",
     "identify",
     "inputs",
     "monte_carlo",

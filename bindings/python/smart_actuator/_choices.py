@@ -10,3 +10,15 @@ LoopName = Literal["closed", "open", "rate", "motor"]
 LossName = Literal["auto", "squares", "robust"]
 HoldName = Literal["zero", "smooth"]
 DelimiterName = Literal["comma", "semicolon", "tab", "blanks"]
+TargetName = Literal[
+    "mujoco-position",
+    "mujoco-dcmotor",
+    "jsbsim",
+    "bam",
+    "matlab",
+    "python-control",
+    "gazebo",
+    "isaaclab",
+    "newton",
+    "ardupilot-sitl",
+]

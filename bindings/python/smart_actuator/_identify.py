@@ -34,7 +34,7 @@ class Estimate(TypedDict):
 
     ``estimate`` is None for a limit that does not act. ``standard_error`` is the Cramer-Rao bound for white residuals, ``standard_error_coloured`` that
     for correlated ones; both are None for a parameter that is fixed, at its bound, or not
-    identifiable. ``experiment`` is the recording whose own parameter it is, None if all recordings
+    identifiable. ``remark`` says so, or that the interval may not hold. ``experiment`` is the recording whose own parameter it is, None if all recordings
     share it.
     """
 
@@ -48,6 +48,7 @@ class Estimate(TypedDict):
     bounds: List[Optional[float]]
     identifiable: bool
     fixed: bool
+    remark: str
     experiment: Optional[str]
 
 

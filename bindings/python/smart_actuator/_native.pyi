@@ -3,6 +3,7 @@ from typing import Any, Optional, TypedDict, final
 import numpy as np
 from numpy.typing import NDArray
 
+from ._export import Export
 from ._progress import Report
 from ._tables import Input, Parameter, Preset
 
@@ -14,6 +15,7 @@ __all__ = [
     "sensitivity",
     "simulate",
     "monte_carlo",
+    "export",
     "identify",
     "presets",
     "parameters",
@@ -110,6 +112,7 @@ def identify(
     search: dict[str, Any],
     report: Optional[Report],
 ) -> str: ...
+def export(to: str, request: dict[str, Any], step_s: Optional[float]) -> Export: ...
 def parameters(model: str, plant: Optional[str]) -> list[Parameter]: ...
 def presets() -> list[Preset]: ...
 def inputs() -> list[Input]: ...

@@ -6,6 +6,7 @@
 mod batch;
 mod campaign;
 mod exception;
+mod export;
 mod identify;
 mod request;
 mod sensitivity;
@@ -26,6 +27,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(trace::simulate, module)?)?;
     module.add_function(wrap_pyfunction!(campaign::monte_carlo, module)?)?;
     module.add_function(wrap_pyfunction!(identify::identify, module)?)?;
+    module.add_function(wrap_pyfunction!(export::export, module)?)?;
     module.add_function(wrap_pyfunction!(tables::presets, module)?)?;
     module.add_function(wrap_pyfunction!(tables::parameters, module)?)?;
     module.add_function(wrap_pyfunction!(tables::inputs, module)?)

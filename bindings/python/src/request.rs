@@ -112,6 +112,14 @@ impl Request<'_> {
 }
 
 impl Plan {
+    /// Model and input by name.
+    ///
+    /// # Errors
+    /// As [`Scenario::described`].
+    pub fn described(&self) -> Result<model_core::scenario::Scenario, Error> {
+        self.scenario.described()
+    }
+
     /// The run with these additional parameters.
     ///
     /// # Errors

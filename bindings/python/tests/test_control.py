@@ -1,3 +1,7 @@
+import json
+import os
+import subprocess
+
 import numpy as np
 import pytest
 
@@ -71,3 +75,23 @@ def test_gain_margin_and_phase_margin_with_a_delay_are_those_of_the_closed_form(
 def test_a_loop_that_the_model_does_not_have_is_refused():
     with pytest.raises(ValueError, match="expected closed of black-box-1"):
         sa.to_control("black-box-1", loop="rate")
+
+
+@pytest.mark.skipif("ACTUATOR" not in os.environ, reason="no program")
+def test_the_code_of_a_tuning_has_its_margins(tmp_path):
+    code, result = tmp_path / "loops.py", tmp_path / "result.json"
+    subprocess.run([os.environ["ACTUATOR"], "tune", "--code", code, "--json", result], check=True)
+    names, tuning = {}, json.loads(result.read_text())
+    exec(code.read_text(), names)
+    assert names["proportional_gain"] == tuning["gains"]["proportional_gain"]
+    def at(margin):
+        angle = 2j * np.pi * tuning[margin]["frequency_hz"] * names["period_s"]
+        return tuning[margin]["value"], names["open_loop"](np.exp(angle))
+
+    # Polynomials in z of poles near 1 lose some digits.
+    phase_deg, value = at("phase_margin_deg")
+    assert abs(value) == pytest.approx(1, abs=1e-5)
+    assert np.degrees(np.angle(-value)) == pytest.approx(phase_deg, abs=1e-3)
+    gain_db, value = at("gain_margin_db")
+    assert -20 * np.log10(abs(value)) == pytest.approx(gain_db, abs=1e-3)
+    assert names["closed_loop"](1 + 1e-9) == pytest.approx(1, abs=1e-4)

@@ -308,7 +308,7 @@ fn the_worked_example_of_the_documentation_runs() {
         .lines()
         .filter_map(|line| line.strip_prefix("$ actuator "))
         .collect();
-    assert_eq!(commands.len(), 8);
+    assert_eq!(commands.len(), 9);
     let cli = Cli::new();
     let said: Vec<String> = commands.iter().map(|command| cli.text(command)).collect();
     assert!(said[2].contains("pole_rad_s"), "{}", said[2]);

@@ -5,6 +5,7 @@ mod abuse;
 mod board;
 mod bus;
 mod errors;
+mod export;
 mod fmu;
 #[cfg(feature = "board")]
 mod gdb;

@@ -34,7 +34,7 @@ const figures = (() => {
   });
 
   const curve = s => ({
-    label: s.label, width: 1.6, dash: s.style === 'dashed' ? [7, 4] : undefined, value: (u, v) => short(v),
+    label: s.label, look: s.style, width: 1.6, dash: s.style === 'dashed' ? [7, 4] : undefined, value: (u, v) => short(v),
     stroke: () => css(`--c${s.colour}`), pxAlign: 0,
     points: { show: false },
     ...(s.style === 'step' && { pxAlign: 1, paths: uPlot.paths.stepped({ align: 1 }) }),
@@ -73,6 +73,7 @@ const figures = (() => {
       },
     };
     const chart = new uPlot(options, data, host);
+    chart.root.chart = chart;
     charts.push(chart);
     // Both edges of a band are one entry.
     const labels = panel.series.map(s => s.label);

@@ -31,6 +31,24 @@ impl Polynomial {
         self.0.iter().rev().fold(zero, |sum, a| sum * x + a)
     }
 
+    /// Its coefficients in `z`, highest first, where its variable is `(z - 1)/period_s`.
+    pub fn at_difference(&self, period_s: f64) -> Vec<f64> {
+        let mut sum: Vec<f64> = Vec::new();
+        for coefficient in self.0.iter().rev() {
+            // Times (z - 1)/T, plus the coefficient.
+            let mut product: Vec<f64> = sum.iter().map(|a| a / period_s).collect();
+            product.push(0.0);
+            for (place, a) in product.iter_mut().skip(1).zip(&sum) {
+                *place -= a / period_s;
+            }
+            if let Some(last) = product.last_mut() {
+                *last += coefficient;
+            }
+            sum = product;
+        }
+        sum
+    }
+
     /// The polynomial raised to `power`.
     pub fn power(&self, power: usize) -> Self {
         (0..power).fold(Self::new([1.0]), |product, _| &product * self)

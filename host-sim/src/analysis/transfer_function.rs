@@ -66,6 +66,21 @@ impl TransferFunction {
         0.5 / self.period_s
     }
 
+    /// Numerator and denominator of a sampled system in `z`, highest power first, without the
+    /// transport delay.
+    ///
+    /// ```
+    /// use host_sim::analysis::{polynomial::Polynomial, transfer_function::TransferFunction};
+    /// // An integrator by forward Euler, 0.5/(z - 1).
+    /// let (one, x) = (Polynomial::new([1.0]), Polynomial::new([0.0, 1.0]));
+    /// let integrator = TransferFunction::sampled(one, x, 0.5);
+    /// assert_eq!(integrator.in_z(), (vec![1.0], vec![2.0, -2.0]));
+    /// ```
+    pub fn in_z(&self) -> (Vec<f64>, Vec<f64>) {
+        let of = |polynomial: &Polynomial| polynomial.at_difference(self.period_s);
+        (of(&self.numerator), of(&self.denominator))
+    }
+
     /// Its value at a frequency, including the delay.
     pub fn at(&self, frequency_hz: f64) -> Complex64 {
         let turn = -2.0 * PI * frequency_hz * self.delay_s;

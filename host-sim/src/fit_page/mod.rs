@@ -27,6 +27,8 @@ pub struct Content<'a> {
     pub nonparametric: &'a NonparametricAnalysis,
     /// Notes about the files of the recordings.
     pub notes: &'a [Note],
+    /// How the page was made: date, program and command; empty for figures alone.
+    pub origin: &'a str,
 }
 
 /// Makes the page.
@@ -48,13 +50,19 @@ pub fn page(content: &Content<'_>) -> Page {
     }
 }
 
-/// The verdict, figures of merit, notes and warnings.
+/// Origin, verdict, estimates, figures of merit, and only then notes and warnings.
 fn overview(content: &Content<'_>) -> Section {
     let mut blocks = Vec::new();
+    if !content.origin.is_empty() {
+        blocks.push(content.origin.into());
+    }
     if let Some(ranking) = content.ranking {
         blocks.push(Block::Note(format!("{}.", ranking.verdict)));
         blocks.push(tables::ranking(ranking, content.assessments).into());
     }
+    let estimates = content.assessments.iter().enumerate();
+    let estimates = estimates.filter(|(index, _)| is_chosen(content, *index));
+    blocks.extend(estimates.map(|(_, a)| tables::parameters(a).into()));
     blocks.push(tables::quality(content.assessments).into());
     let notes = content
         .notes
@@ -64,18 +72,22 @@ fn overview(content: &Content<'_>) -> Section {
     Section::new("At a glance", blocks)
 }
 
+/// Whether a model is the chosen one, as each is where they were not ranked.
+fn is_chosen(content: &Content<'_>, index: usize) -> bool {
+    content
+        .ranking
+        .is_none_or(|ranking| ranking.enough == index)
+}
+
 /// The warnings of each model. If the models were ranked, only those of the chosen one are
 /// expanded.
 fn warnings(content: &Content<'_>) -> Vec<Block> {
     let mut blocks = Vec::new();
     for (index, assessment) in content.assessments.iter().enumerate() {
-        let is_chosen = content
-            .ranking
-            .is_none_or(|ranking| ranking.enough == index);
         let name = &assessment.name;
         let all = assessment.warnings.iter();
         let all: Vec<String> = all.map(|warning| format!("{name}: {warning}.")).collect();
-        if is_chosen {
+        if is_chosen(content, index) {
             let warning = |text| Block::Warning(String::new(), text);
             blocks.extend(all.into_iter().map(warning));
         } else if !all.is_empty() {
@@ -139,8 +151,11 @@ fn parameters(content: &Content<'_>) -> Section {
          that is at its bound or not identifiable has no standard error."
             .into(),
     ];
-    for assessment in content.assessments {
-        blocks.push(tables::parameters(assessment).into());
+    for (index, assessment) in content.assessments.iter().enumerate() {
+        // Those of the others are at a glance.
+        if !is_chosen(content, index) {
+            blocks.push(tables::parameters(assessment).into());
+        }
         blocks.push(tables::correlation(assessment).into());
     }
     Section::new("Parameters", blocks)

@@ -4,7 +4,6 @@ use crate::table::{Cell, Table};
 use identification::{
     assessment::{Assessed, Assessment, NonparametricAnalysis, overall},
     compare::Ranking,
-    fit::{Bound, Estimate},
     frequency::Shape,
 };
 
@@ -45,22 +44,10 @@ pub fn parameters(assessment: &Assessment) -> Table {
             Cell::significant(e.standard_error),
             Cell::significant(e.standard_error_coloured),
             Cell::Number(share, 2),
-            remark(e).into(),
+            assessment.remark(e).into(),
         ]);
     }
     table
-}
-
-fn remark(estimate: &Estimate) -> &'static str {
-    match (estimate.at_bound, estimate.identifiable) {
-        _ if estimate.fixed => "given",
-        (Some(Bound::Low), true) => "at its lower bound",
-        (Some(Bound::High), true) => "at its upper bound",
-        (Some(Bound::Low), false) => "at its lower bound: not identifiable",
-        (Some(Bound::High), false) => "at its upper bound: not identifiable",
-        (None, false) => "not identifiable",
-        (None, true) => "",
-    }
 }
 
 /// The correlation of the estimates.

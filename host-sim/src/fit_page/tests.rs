@@ -21,6 +21,7 @@ fn page_of(comparison: &Comparison, nonparametric: &NonparametricAnalysis) -> Pa
         ranking: Some(&comparison.ranking),
         nonparametric,
         notes: &[],
+        origin: "Made today by: actuator identify.",
     })
 }
 

@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, path::Path};
 
-use identification::bounded_file;
+use identification::{bounded_file, parameter_file::bam};
 use model_core::named::Named;
 use model_core::presets;
 use model_core::scenario::{self, NameKind, ScenarioError};
@@ -17,7 +17,7 @@ use crate::settings::{ModelKind, PlantKind, Pwm};
 const MOST_BYTES: u64 = 1 << 20;
 
 impl Scenario {
-    /// Reads a TOML file.
+    /// Reads a TOML file, or a servo of BAM in JSON.
     ///
     /// # Errors
     /// [`Error::Read`], and [`Error::ScenarioFile`] with line, key and the expected value.
@@ -32,6 +32,11 @@ impl Scenario {
         };
         let text = str::from_utf8(&bytes)
             .map_err(|error| not_toml(format!("{error}, expected UTF-8 text")))?;
+        let of_bam = text.trim_start().starts_with('{').then(|| bam::text(text));
+        let of_bam = of_bam
+            .transpose()
+            .map_err(|error| not_toml(error.to_string()))?;
+        let text = of_bam.as_deref().unwrap_or(text);
         let mut scenario: Self = toml::from_str(text)
             .map_err(|error| not_toml(error.to_string().trim_end().to_owned()))?;
         for line in scenario.set.iter_mut().filter_map(|s| s.line.as_mut()) {

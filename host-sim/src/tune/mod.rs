@@ -5,10 +5,12 @@
 //! position gain `P` is a fraction of `w`. The resulting loop of the board, with sampling, rate
 //! filter and delay, is computed exactly; warnings report insufficient margins.
 
+mod code;
 mod figure;
 mod search;
 mod warning;
 
+pub use code::{Language, code};
 pub use figure::{bode, stable_margins};
 pub use warning::{LEAST_GAIN_MARGIN_DB, LEAST_PHASE_MARGIN_DEG, Warning};
 

@@ -13,7 +13,7 @@ use super::{
     engine::predict,
     experiment::Experiment,
     experiment_fit::ExperimentFit,
-    fit::Fit,
+    fit::{Bound, Estimate, Fit},
     problem::{IdentifyError, Problem},
     recording::Recording,
     statistics::{Correlations, Criteria, Quality},
@@ -129,6 +129,20 @@ impl Assessment {
             self.warnings.extend(beyond);
         }
         self.validation.extend(predicted);
+    }
+
+    /// What limits the use of an estimate: the same words in all tables and files.
+    pub fn remark(&self, estimate: &Estimate) -> &'static str {
+        match (estimate.at_bound, estimate.identifiable) {
+            _ if estimate.fixed => "given",
+            (Some(Bound::Low), true) => "at its lower bound",
+            (Some(Bound::High), true) => "at its upper bound",
+            (Some(Bound::Low), false) => "at its lower bound: not identifiable",
+            (Some(Bound::High), false) => "at its upper bound: not identifiable",
+            (None, false) => "not identifiable",
+            (None, true) if !self.doubts.is_empty() => "its interval may not hold",
+            (None, true) => "",
+        }
     }
 
     /// Number of estimated parameters.

@@ -34,7 +34,8 @@ const FEW_STARTS: f64 = 0.25;
 /// All warnings.
 pub fn all(assessment: &Assessment) -> Vec<String> {
     let mut warnings = Vec::new();
-    search(assessment, &mut warnings);
+    let is_explained = is_explained(&assessment.fit.misfit);
+    search(assessment, is_explained, &mut warnings);
     outliers(assessment, &mut warnings);
     for experiment in &assessment.experiments {
         units(assessment, experiment, &mut warnings);
@@ -46,9 +47,12 @@ pub fn all(assessment: &Assessment) -> Vec<String> {
     correlated(assessment, &mut warnings);
     for experiment in &assessment.experiments {
         limits(experiment, &mut warnings);
-        residuals(experiment, &mut warnings);
+        residuals(experiment, is_explained, &mut warnings);
     }
-    coloured_residuals(assessment, &mut warnings);
+    // The doubt says it of a model that does not explain the data.
+    if is_explained {
+        coloured_residuals(assessment, &mut warnings);
+    }
     warnings.extend_from_slice(&assessment.doubts);
     warnings
 }
@@ -96,7 +100,7 @@ pub fn doubts(assessment: &Assessment) -> Vec<String> {
     for estimate in fit.estimates.iter().filter(|e| e.beyond > BEYOND) {
         doubts.push(format!(
             "{} would be beyond its bound of {:.4} {} by {:.0} standard errors: the other estimates \
-             are those for that bound; --bound sets another",
+             are those for that bound; the option `bound` sets another",
             label(assessment, estimate),
             estimate.value,
             estimate.unit,
@@ -109,6 +113,11 @@ pub fn doubts(assessment: &Assessment) -> Vec<String> {
     doubts
 }
 
+/// Whether the noise explains the residuals.
+fn is_explained(misfit: &Misfit) -> bool {
+    misfit.ratio < UNEXPLAINED && misfit.worst < UNEXPLAINED_STRETCH
+}
+
 /// Residuals that the noise does not explain.
 fn misfit(assessment: &Assessment, doubts: &mut Vec<String>) {
     let fit = &assessment.fit;
@@ -117,7 +126,7 @@ fn misfit(assessment: &Assessment, doubts: &mut Vec<String>) {
         ratio,
         worst,
     } = fit.misfit;
-    if ratio < UNEXPLAINED && worst < UNEXPLAINED_STRETCH {
+    if is_explained(&fit.misfit) {
         return;
     }
     let of_range = |f: fn(f64, f64) -> f64, first: f64, column: fn(&Assessed) -> &Vec<f64>| {
@@ -137,16 +146,38 @@ fn misfit(assessment: &Assessment, doubts: &mut Vec<String>) {
     let stop = ["position_limit_deg", "hard_stop_deg"]
         .into_iter()
         .find(|name| has_stop(name));
-    let stop = stop.map_or(String::new(), |name| format!("a stop by --free {name}, "));
+    let stop = stop.map_or(String::new(), |name| {
+        format!("a stop by the option `free` with {name}, ")
+    });
+    let all = || {
+        assessment
+            .experiments
+            .iter()
+            .filter_map(|e| e.correlations.as_ref())
+    };
+    let white = match all().all(|c| c.whiteness.is_white()) {
+        true => "",
+        false => "not white, ",
+    };
+    let follows = all().filter(|c| c.is_correlated_with_input());
+    let follows = follows.map(|c| c.cross_ratio).fold(f64::NAN, f64::max);
+    let follows = match follows.is_nan() {
+        true => String::new(),
+        false => format!(
+            ", and correlated with the command ({follows:.1} times its 95 % band), so that it lacks \
+             dynamics"
+        ),
+    };
     doubts.push(format!(
-        "the model does not explain the data: its residuals are {ratio:.1} times the noise of \
-         {noise_deg:.3} deg, in one stretch {worst:.1} times; the estimates hold for inputs like these \
-         only (angles from {low:.1} to {high:.1} deg), and no interval of them is known; try {stop}\
-         another model, --window, more --starts, and check the column and unit of the command",
+        "the model does not explain the data: its residuals are {white}{ratio:.1} times the noise of \
+         {noise_deg:.3} deg, in one stretch {worst:.1} times{follows}; the estimates hold for inputs \
+         like these only (angles from {low:.1} to {high:.1} deg), and no interval of them is known; \
+         try {stop}another model, the option `window`, more `starts`, and check the column and unit \
+         of the command",
     ));
 }
 
-fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
+fn search(assessment: &Assessment, is_explained: bool, warnings: &mut Vec<String>) {
     let fit = &assessment.fit;
     match fit.termination {
         Termination::Converged => {}
@@ -196,7 +227,8 @@ fn search(assessment: &Assessment, warnings: &mut Vec<String>) {
         ));
     }
     let (tried, ended_here) = fit.starts;
-    if tried > 1 && (ended_here as f64) < FEW_STARTS * tried as f64 {
+    // The doubt about the model names more starts.
+    if is_explained && tried > 1 && (ended_here as f64) < FEW_STARTS * tried as f64 {
         warnings.push(format!(
             "only {ended_here} of {tried} starts end in this optimum: there are other minima, \
              which more starts may find"
@@ -312,7 +344,7 @@ fn combinations(assessment: &Assessment, warnings: &mut Vec<String>) {
         let known: Vec<String> = fit.combinations.iter().map(one).collect();
         warnings.push(format!(
             "these experiments determine only combinations of some parameters, near this optimum: {}; \
-             a value of one of them, by --fix, determines the others",
+             a value of one of them, by the option `fix`, determines the others",
             known.join(", ")
         ));
     }
@@ -360,7 +392,7 @@ fn is_exact(experiment: &Assessed) -> bool {
     experiment.quality.is_some_and(|q| q.rms_deg < EXACT_DEG)
 }
 
-fn residuals(experiment: &Assessed, warnings: &mut Vec<String>) {
+fn residuals(experiment: &Assessed, is_explained: bool, warnings: &mut Vec<String>) {
     if is_exact(experiment) {
         return;
     }
@@ -381,7 +413,7 @@ fn residuals(experiment: &Assessed, warnings: &mut Vec<String>) {
             ));
         }
     }
-    let correlations = experiment.correlations.as_ref();
+    let correlations = experiment.correlations.as_ref().filter(|_| is_explained);
     if let Some(found) = correlations.filter(|c| c.is_correlated_with_input()) {
         warnings.push(format!(
             "{name}: the residual is correlated with the command ({:.1} times its 95 % band): the \

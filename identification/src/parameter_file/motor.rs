@@ -7,7 +7,8 @@ use crate::fit::{Estimate, Fit};
 
 /// A fitted motor or servo.
 pub(super) struct DrivetrainParameters<'a> {
-    fit: &'a Fit,
+    /// By the names of the fitted model, those that all recordings share.
+    parameters: Vec<(&'a str, f64, Option<&'a Estimate>)>,
     friction_model: f64,
     is_servo: bool,
 }
@@ -60,21 +61,32 @@ impl<'a> DrivetrainParameters<'a> {
     /// The drivetrain of a fit; `None` where it is not a motor.
     pub fn of(fit: &'a Fit) -> Option<Self> {
         let (is_servo, friction_model) = form(fit.model)?;
+        let shared = fit.estimates.iter().filter(|e| e.experiment.is_none());
         Some(Self {
-            fit,
+            parameters: shared.map(|e| (e.name, e.value, Some(e))).collect(),
             friction_model,
             is_servo,
         })
     }
 
-    fn shared(&self, name: &str) -> Option<&'a Estimate> {
-        let estimates = self.fit.estimates.iter();
-        let mut shared = estimates.filter(|e| e.experiment.is_none());
-        shared.find(|e| e.name == name)
+    /// The drivetrain of a servo with these parameters.
+    pub fn of_servo(friction_model: f64, values: impl IntoIterator<Item = (&'a str, f64)>) -> Self {
+        let values = values.into_iter();
+        Self {
+            parameters: values.map(|(name, value)| (name, value, None)).collect(),
+            friction_model,
+            is_servo: true,
+        }
+    }
+
+    fn found(&self, name: &str) -> Option<(f64, Option<&'a Estimate>)> {
+        let mut parameters = self.parameters.iter();
+        let found = parameters.find(|(known, ..)| *known == name);
+        found.map(|(_, value, estimate)| (*value, *estimate))
     }
 
     fn value(&self, name: &str) -> f64 {
-        self.shared(name).map_or(f64::NAN, |e| e.value)
+        self.found(name).map_or(f64::NAN, |(value, _)| value)
     }
 
     /// Remarks in the file.
@@ -122,15 +134,14 @@ impl<'a> DrivetrainParameters<'a> {
         let is_of_the_servo = |name: &&str| self.is_servo || *name != "delay_s";
         let alike = ALIKE.into_iter().filter(is_of_the_servo);
         let alike = alike.filter_map(|name| {
-            let estimate = self.shared(name)?;
-            Some((name, estimate.value, Some(estimate)))
+            let (value, estimate) = self.found(name)?;
+            Some((name, value, estimate))
         });
         values.extend(alike);
         values.extend(ABSENT.map(|(name, value)| (name, value, None)));
-        let stop_deg = self.value("hard_stop_deg");
-        if stop_deg.is_finite() {
-            values.push(("hard_stop_deg", stop_deg, self.shared("hard_stop_deg")));
-        }
+        let stop = self.found("hard_stop_deg");
+        let stop = stop.filter(|(stop_deg, _)| stop_deg.is_finite());
+        values.extend(stop.map(|(stop_deg, estimate)| ("hard_stop_deg", stop_deg, estimate)));
         if self.is_servo {
             values.extend(self.position_loop());
         }

@@ -51,6 +51,7 @@ pub const FILES: &[Asset] = scripts![
     "number.js",
     "ring.js",
     "plot.js",
+    "save.js",
     "control.js",
     "devices.js",
     "live.js",

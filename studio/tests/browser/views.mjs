@@ -74,6 +74,14 @@ try {
   });
   await page.click('#save-mat');
   await saved('actuator-1.mat', bytes => assert.match(bytes.toString('latin1', 0, 20), /^MATLAB 5.0/));
+  // A drawing with the curves of all plots, and the same as a picture.
+  await page.click('#svg-live');
+  await saved('live.svg', bytes => {
+    const text = bytes.toString();
+    assert.match(text, /^<svg /);
+    assert.equal(text.match(/<clipPath/g).length, 4);
+    assert.ok(text.match(/<path d="M[^"]{2000,}" fill="none"/), 'a curve');
+  });
   await page.click('#pause');
   await page.tap('#arm');
   await wait(1000);
@@ -140,6 +148,11 @@ try {
   await page.tap('#apply');
   await page.until("document.querySelector('#view-tune tbody td.number').textContent === '10.155'");
   await measure(2);
+  await page.click('#png-step');
+  await saved('step.png', bytes => {
+    assert.equal(bytes.toString('latin1', 1, 4), 'PNG');
+    assert.ok(bytes.readUInt32BE(16) > 400, 'wide');
+  });
   await page.picture('tune', true);
   took('tune');
 
@@ -154,6 +167,11 @@ try {
   await wait(400);
   const fit = parseFloat((await page.evaluate("[...document.querySelectorAll('#view-identify h2')].find(h => h.textContent.includes('fit')).textContent")).split('fit ')[1]);
   assert.ok(fit > 90, `fit ${fit} %`);
+  // What the doubts say is not said again.
+  const warnings = await page.evaluate("document.querySelectorAll('#view-identify details .note.warn').length");
+  assert.ok(warnings <= 2, `${warnings} warnings`);
+  await page.click('#svg-fit-1');
+  await saved('fit-1.svg', bytes => assert.match(bytes.toString(), /measured/));
   await page.picture('identify', true);
   await page.tap('#take-over');
   await page.until("document.querySelector('#toasts').textContent.includes('The motor is set')");

@@ -93,7 +93,8 @@ impl<S: Scalar> Shaft<S> {
             duty = (input * DEGREE - angle) * self.duty_per_rad;
         }
         let limited = duty.within(-self.duty_limit, self.duty_limit);
-        self.state = if limited.value() == duty.value() {
+        // A logged duty is what its own limit has left of it.
+        self.state = if !self.is_loop || limited.value() == duty.value() {
             ActiveLimit::Free
         } else {
             ActiveLimit::Duty

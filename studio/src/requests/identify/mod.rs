@@ -127,6 +127,7 @@ fn fit(order: &Identification, known: Known, rows: &[Row], task: &Task) -> Resul
         ranking: None,
         nonparametric: &nonparametric,
         notes: &[],
+        origin: "",
     });
     let figures: Vec<Value> = page
         .figures()

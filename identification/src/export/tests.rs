@@ -1,0 +1,127 @@
+use model_core::actuator::{ModelKind, PlantKind, Settings};
+use model_core::excitation::catalogue::Input;
+
+use super::*;
+
+/// A model without limits of its rate that the input reaches.
+fn settings(model: ModelKind, set: &[(&str, f64)]) -> Settings {
+    let mut settings = Settings::new(model, PlantKind::FirstOrder);
+    let free = [("rate_limit_up_deg_s", 1e5), ("rate_limit_down_deg_s", 1e5)];
+    for (name, value) in free.iter().chain(set) {
+        settings.set(name, *value).expect("a parameter");
+    }
+    settings
+}
+
+fn exported(settings: &Settings, target: &str) -> Export {
+    let target = named(target).expect("a target");
+    let input = Input::named(INPUT).expect("an input");
+    export(settings, target, &input, None).expect("an approximation")
+}
+
+/// The number behind `key` in a file.
+fn number_after(text: &str, key: &str) -> f64 {
+    let rest = text.split(key).nth(1).expect("the key");
+    let end = rest.find(|c: char| !(c.is_ascii_digit() || ".-e".contains(c)));
+    rest[..end.unwrap_or(rest.len())].parse().expect("a number")
+}
+
+#[test]
+fn a_first_order_lag_is_a_transfer_function_exactly() {
+    let set = [
+        ("pole_rad_s", 17.0),
+        ("delay_s", 0.0125),
+        ("gain", 0.9),
+        ("offset_deg", 2.0),
+    ];
+    let lag = settings(ModelKind::BlackBox1, &set);
+    let matlab = exported(&lag, "matlab");
+    // The model's own steps of 50 us and its fixed-point command.
+    assert!(matlab.error_deg < 1e-3, "{}", matlab.text);
+    let expected = "servo = tf(15.3, [1, 17], 'InputDelay', 0.0125);\n";
+    assert!(matlab.text.ends_with(expected), "{}", matlab.text);
+    assert!(matlab.text.contains("0.9 c + 2 deg"), "{}", matlab.text);
+    let python = exported(&lag, "python-control");
+    assert!(python.text.contains("control.tf([15.3], [1, 17])"));
+}
+
+#[test]
+fn a_lag_in_jsbsim_has_the_pole_of_tustins_rule() {
+    let lag = settings(
+        ModelKind::BlackBox1,
+        &[("pole_rad_s", 17.0), ("delay_s", 0.0)],
+    );
+    let found = exported(&lag, "jsbsim");
+    // exp(-p T) = (2 - a T)/(2 + a T); the step itself comes half a sample early.
+    let step_s = named("jsbsim").expect("a target").step_s();
+    let pole = (-17.0 * step_s).exp();
+    let expected = 2.0 / step_s * (1.0 - pole) / (1.0 + pole);
+    let fitted = number_after(&found.text, "<lag>");
+    assert!((fitted / expected - 1.0).abs() < 0.1, "{fitted} {expected}");
+}
+
+#[test]
+fn an_oscillator_is_a_joint_with_its_stiffness_and_damping() {
+    let set = [
+        ("position_gain_per_s2", 400.0),
+        ("rate_gain_per_s", 30.0),
+        ("delay_s", 0.01),
+    ];
+    let oscillator = settings(ModelKind::BlackBox2, &set);
+    for target in ["mujoco-position", "mujoco-dcmotor"] {
+        let found = exported(&oscillator, target);
+        // Euler steps of 2 ms shift damping and delay by parts of a step.
+        assert!(found.error_deg < 0.05, "{}", found.text);
+        assert!(found.text.contains("delay=\"0.009\""), "{}", found.text);
+        let inertia = number_after(&found.text, "armature=\"");
+        let key = if target == "mujoco-position" {
+            "kp=\""
+        } else {
+            "controller=\""
+        };
+        let square = number_after(&found.text, key) / inertia;
+        assert!((square / 400.0 - 1.0).abs() < 0.05, "{square}");
+    }
+}
+
+#[test]
+fn every_target_says_what_it_loses_of_a_servo() {
+    let servo = Settings::new(ModelKind::Board, PlantKind::Drivetrain);
+    for target in TARGETS {
+        let found = exported(&servo, target.name());
+        assert!(found.error_deg < 0.15 * found.spread_deg, "{}", found.text);
+        let error = format!("{:.4} deg rms", found.error_deg);
+        assert!(found.text.contains(&error), "{}", found.text);
+        assert!(found.lost.contains(&"backlash"), "{}", found.text);
+        let is_stated = |lost: &&&str| found.text.contains(**lost);
+        assert_eq!(
+            found.lost.iter().filter(is_stated).count(),
+            found.lost.len()
+        );
+        let has_delay = target.kept().contains(&Effect::Delay);
+        assert_eq!(!has_delay, found.lost.contains(&"the delay of the command"));
+    }
+}
+
+#[test]
+fn what_a_target_cannot_represent_is_an_error_that_says_how_far_off_it_is() {
+    // Limits that differ by direction, at their most: linear models cannot follow.
+    let servo = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
+    let input = Input::named("variable-step").expect("an input");
+    let target = named("matlab").expect("a target");
+    let error = export(&servo, target, &input, None).expect_err("no approximation");
+    let ExportError::Unlike {
+        error_deg,
+        spread_deg,
+        ..
+    } = error
+    else {
+        panic!("{error}")
+    };
+    assert!(error_deg > 0.5 * spread_deg);
+    let error = export(&servo, target, &input, Some(1.0)).expect_err("no simulation");
+    assert_eq!(
+        error.to_string(),
+        "the period is 1 s, expected 0.0001 to 0.05 s"
+    );
+}
