@@ -10,6 +10,7 @@ pub(crate) mod record;
 mod scan;
 mod serve;
 mod service;
+mod servos;
 mod stop;
 mod telemetry;
 mod update;
