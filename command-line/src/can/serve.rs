@@ -96,11 +96,11 @@ impl Serve {
         if let (Some(actuator), Some(comm)) = (&self.elf, &self.comm_elf) {
             return self.emulate(actuator, comm, &stop);
         }
-        if let Some(mut servos) = self.servos.serve(self.nodes)? {
+        if let Some(servos) = self.servos.serve(self.nodes)? {
             #[cfg(unix)]
             if self.pty {
                 let (terminal, address, _link) = self.open_linked()?;
-                servos.add(Terminal(terminal), &address)?;
+                let servos = servos.with(Terminal(terminal), &address)?;
                 return servos.run(None, &address, &stop);
             }
             let (listener, address) = self.listen()?;

@@ -1,12 +1,18 @@
 //! `actuator serve --protocol`: servos on a serial bus.
 
+use std::fs::File;
+use std::io::{self, BufRead as _, BufReader};
 use std::net::TcpListener;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread;
 
 use clap::Args;
 use clap::builder::PossibleValuesParser;
-use host_sim::can::server::Stream;
-use host_sim::servo_bus::{self, Bus, NAMES, Server};
+#[cfg(unix)]
+use host_sim::can::server::Terminal;
+use host_sim::servo_bus::{self, Bus, Fault, NAMES, Server};
 
 use crate::error::Error;
 use crate::output::print;
@@ -24,12 +30,19 @@ pub struct Servos {
     /// Resistance of supply and cable that the servos share, ohm
     #[arg(long, value_name = "OHM", default_value_t = 0.0, requires = "protocol")]
     supply_ohm: f64,
+    /// Faults as they are written to this file or pipe, one a line; `-` for standard input
+    ///
+    /// `supply 5.5` sets the voltage; the number of a servo and `jam`, `free`, `load NM`, `vanish`,
+    /// `return`, `corrupt ANSWERS` or `id ID` concern that servo.
+    #[arg(long, value_name = "FILE", requires = "protocol")]
+    servo_faults: Option<PathBuf>,
 }
 
 /// A bus of servos that is served.
 pub struct Serving {
     server: Server,
     what: String,
+    faults: Receiver<Fault>,
 }
 
 impl Servos {
@@ -55,18 +68,28 @@ impl Servos {
         let name = model.table.name;
         let server = Server::new(bus, BIT_S).map_err(|source| failed(name, source))?;
         let what = format!("{ids} of the model {name}");
-        Ok(Some(Serving { server, what }))
+        let (sender, faults) = mpsc::channel();
+        if let Some(path) = self.servo_faults.clone() {
+            thread::spawn(move || read_faults(&path, &sender));
+        }
+        Ok(Some(Serving {
+            server,
+            what,
+            faults,
+        }))
     }
 }
 
 impl Serving {
-    /// Adds a client.
+    /// With this terminal as a client.
     ///
     /// # Errors
     /// If the system cannot wait for its events.
-    pub fn add(&mut self, stream: impl Stream + 'static, address: &str) -> Result<(), Error> {
-        let added = self.server.add(stream);
-        added.map_err(|source| failed(address, source))
+    #[cfg(unix)]
+    pub fn with(mut self, terminal: Terminal, address: &str) -> Result<Self, Error> {
+        let added = self.server.add(terminal);
+        added.map_err(|source| failed(address, source))?;
+        Ok(self)
     }
 
     /// Runs the servos until an interrupt.
@@ -80,12 +103,35 @@ impl Serving {
         stop: &AtomicBool,
     ) -> Result<(), Error> {
         print(&format!("ready: serial bus at {address}, {}\n", self.what))?;
-        let done = self.server.run(listener, stop);
+        let done = self.server.run(listener, &self.faults, stop);
         done.map_err(|source| failed(address, source))
     }
 }
 
-fn failed(address: &str, source: std::io::Error) -> Error {
+/// Sends the faults of a file until its end, and reports lines that are none. The file is opened
+/// here: that of a pipe waits for its writer.
+fn read_faults(path: &Path, to: &Sender<Fault>) {
+    let is_standard = path == Path::new("-");
+    let file: io::Result<Box<dyn io::Read>> = if is_standard {
+        Ok(Box::new(io::stdin()))
+    } else {
+        File::open(path).map(|file| Box::new(file) as _)
+    };
+    let lines = match file {
+        Ok(file) => BufReader::new(file).lines(),
+        Err(error) => return note!("cannot read {}: {error}", path.display()),
+    };
+    for line in lines.map_while(Result::ok) {
+        match line.parse() {
+            // The server ends.
+            Ok(fault) if to.send(fault).is_err() => return,
+            Ok(_) => {}
+            Err(error) => note!("{error}"),
+        }
+    }
+}
+
+fn failed(address: &str, source: io::Error) -> Error {
     Error::Serve {
         address: address.into(),
         source,

@@ -1,10 +1,12 @@
 //! Servos on one line, with one supply.
 
 use model_core::parameter::ParameterError;
-use servo_bus::{Answer, Receiver, dynamixel, feetech};
+use servo_bus::tables::{sts, x};
+use servo_bus::{Answer, Field, Memory, Receiver, dynamixel, feetech};
 
 use super::Model;
 use super::dynamixel::X;
+use super::fault::OfServo;
 use super::feetech::Sts;
 use super::model::Family;
 use super::motor::{Motor, Sensed};
@@ -15,13 +17,20 @@ const MAX_LATE_PERIODS: u64 = 100;
 /// Length of a period, us.
 const PERIOD_US: u64 = 1000;
 
+/// The table and control of a servo.
+#[derive(Debug)]
+enum Kind {
+    Sts(Box<Sts>),
+    X(Box<X>),
+}
+
 /// A servo of either family.
 #[derive(Debug)]
-pub enum Servo {
-    /// Of the STS series.
-    Sts(Box<Sts>),
-    /// Of the X series.
-    X(Box<X>),
+pub struct Servo {
+    kind: Kind,
+    is_absent: bool,
+    /// Next answers of which a bit is wrong.
+    corrupt_answers: u32,
 }
 
 impl Servo {
@@ -31,40 +40,83 @@ impl Servo {
     /// For parameters of the model out of range.
     pub fn new(model: &Model, id: u8) -> Result<Self, ParameterError> {
         let motor = Motor::new(model)?;
-        Ok(match model.family {
-            Family::Sts => Self::Sts(Box::new(Sts::new(model, id, motor))),
-            Family::X => Self::X(Box::new(X::new(model, id, motor))),
+        let kind = match model.family {
+            Family::Sts => Kind::Sts(Box::new(Sts::new(model, id, motor))),
+            Family::X => Kind::X(Box::new(X::new(model, id, motor))),
+        };
+        Ok(Self {
+            kind,
+            is_absent: false,
+            corrupt_answers: 0,
         })
     }
 
     fn receive(&mut self, packet: &[u8]) -> Option<Answer> {
-        match self {
-            Self::Sts(servo) => servo.receive(packet),
-            Self::X(servo) => servo.receive(packet),
+        if self.is_absent {
+            return None;
         }
+        match &mut self.kind {
+            Kind::Sts(servo) => servo.receive(packet),
+            Kind::X(servo) => servo.receive(packet),
+        }
+    }
+
+    /// What the line does to the last byte of an answer.
+    fn damage(&mut self) -> u8 {
+        let is_damaged = self.corrupt_answers > 0;
+        self.corrupt_answers -= u32::from(is_damaged);
+        u8::from(is_damaged)
     }
 
     /// A period of 1 ms with this supply, V.
     pub fn step(&mut self, supply_v: f64) {
-        match self {
-            Self::Sts(servo) => servo.step(supply_v),
-            Self::X(servo) => servo.step(supply_v),
+        match &mut self.kind {
+            Kind::Sts(servo) => servo.step(supply_v),
+            Kind::X(servo) => servo.step(supply_v),
         }
     }
 
-    /// Its motor.
-    pub fn motor(&mut self) -> &mut Motor {
-        match self {
-            Self::Sts(servo) => &mut servo.motor,
-            Self::X(servo) => &mut servo.motor,
+    /// Begins or ends a fault.
+    pub fn apply(&mut self, fault: OfServo) {
+        match fault {
+            OfServo::Jam(is_jammed) => self.motor().set_jammed(is_jammed),
+            OfServo::Load(torque_nm) => self.motor().set_load_nm(torque_nm),
+            OfServo::Absent(is_absent) => self.is_absent = is_absent,
+            OfServo::Corrupt(answers) => self.corrupt_answers = answers,
+            OfServo::Id(id) => {
+                let field = self.id_field();
+                self.memory().store(field, i32::from(id));
+            }
+        }
+    }
+
+    fn id_field(&self) -> Field {
+        match &self.kind {
+            Kind::Sts(_) => sts::ID,
+            Kind::X(_) => x::ID,
+        }
+    }
+
+    /// Its registers.
+    pub fn memory(&mut self) -> &mut Memory {
+        match &mut self.kind {
+            Kind::Sts(servo) => &mut servo.server.memory,
+            Kind::X(servo) => &mut servo.server.memory,
+        }
+    }
+
+    fn motor(&mut self) -> &mut Motor {
+        match &mut self.kind {
+            Kind::Sts(servo) => &mut servo.motor,
+            Kind::X(servo) => &mut servo.motor,
         }
     }
 
     /// What it measures.
     pub fn sensed(&self) -> &Sensed {
-        match self {
-            Self::Sts(servo) => servo.motor.sensed(),
-            Self::X(servo) => servo.motor.sensed(),
+        match &self.kind {
+            Kind::Sts(servo) => servo.motor.sensed(),
+            Kind::X(servo) => servo.motor.sensed(),
         }
     }
 }
@@ -121,9 +173,9 @@ impl Bus {
         &mut self.servos
     }
 
-    /// Time of the next period, us.
-    pub fn next_us(&self) -> u64 {
-        self.next_us
+    /// Sets the voltage of the supply without a load, V.
+    pub fn set_supply_v(&mut self, supply_v: f64) {
+        self.supply_v = supply_v;
     }
 
     /// Computes the periods until this time.
@@ -182,11 +234,14 @@ impl Bus {
 /// A packet to all servos, and their answers in turn. Those of one packet end at a servo that is
 /// missing, as each waits for the one before.
 fn deliver(servos: &mut [Servo], packet: &[u8], sent: &mut Sent) {
-    let answers = servos.iter_mut().filter_map(|servo| servo.receive(packet));
-    let mut answers: Vec<Answer> = answers.collect();
-    answers.sort_by_key(|answer| answer.turn);
+    let answers = servos.iter_mut().filter_map(|servo| {
+        let answer = servo.receive(packet)?;
+        Some((answer, servo.damage()))
+    });
+    let mut answers: Vec<(Answer, u8)> = answers.collect();
+    answers.sort_by_key(|(answer, _)| answer.turn);
     let mut crc = 0;
-    for (turn, mut answer) in answers.into_iter().enumerate() {
+    for (turn, (mut answer, damage)) in answers.into_iter().enumerate() {
         if answer.is_linked {
             if usize::from(answer.turn) != turn {
                 return;
@@ -195,5 +250,8 @@ fn deliver(servos: &mut [Servo], packet: &[u8], sent: &mut Sent) {
         }
         sent.delay_us += u64::from(answer.delay_us);
         sent.bytes.extend_from_slice(&answer.bytes);
+        if let Some(last) = sent.bytes.last_mut() {
+            *last ^= damage;
+        }
     }
 }

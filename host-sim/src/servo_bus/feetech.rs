@@ -4,31 +4,21 @@
 //! gains are those of [`WHEEL_P`] and [`WHEEL_I`]; an overload ends when the torque is written or a
 //! new goal leads the load back; a write of a goal turns the torque on.
 
-use canopen::cia402::{Limits, Ramp};
+mod control;
+mod report;
+
+use canopen::cia402::Ramp;
 use servo_bus::feetech::{Event, Server};
 use servo_bus::{Answer, Field, tables::sts};
 
 use super::Model;
-use super::motor::{Drive, MIDDLE, Motor, PERIOD_S, TURN};
+use super::motor::{MIDDLE, Motor, TURN};
 
-const PERIOD_US: u32 = 1000;
-
-/// Bits of the status.
-const VOLTAGE: i32 = 1;
-const TEMPERATURE: i32 = 4;
-const CURRENT: i32 = 8;
+/// Bit of the status.
 const OVERLOAD: i32 = 32;
-
-/// Duty of the wheel mode per step/s, and per step, and unit of the coefficient: both make the loop of
-/// an STS3215 with the defaults of 10 and 10 settle in 0.2 s.
-const WHEEL_P: f64 = 1e-5;
-const WHEEL_I: f64 = 1e-3;
 
 /// Speed of one in the limits of speeds, steps/s.
 const SPEED_UNIT: i32 = 50;
-
-/// Acceleration of one, steps/s^2.
-const ACCELERATION_UNIT: u32 = 100;
 
 /// A condition, and the periods for which it has held.
 #[derive(Debug, Default)]
@@ -220,159 +210,5 @@ impl Sts {
         } else {
             goal.clamp(min, max)
         }
-    }
-
-    /// Limits of the way to a goal.
-    fn limits(&self) -> Limits {
-        let most = SPEED_UNIT * self.get(sts::MAXIMUM_VELOCITY_LIMIT);
-        let wanted = self.get(sts::GOAL_VELOCITY).abs();
-        let velocity = if wanted == 0 { most } else { wanted.min(most) };
-        let acceleration = match self.get(sts::ACCELERATION) {
-            0 => u32::MAX,
-            wanted => {
-                ACCELERATION_UNIT * wanted.min(self.get(sts::MAXIMUM_ACCELERATION).max(1)) as u32
-            }
-        };
-        Limits {
-            velocity: velocity as u32,
-            acceleration,
-            deceleration: acceleration,
-        }
-    }
-
-    fn drive(&mut self) -> Drive {
-        match self.torque {
-            0 => return Drive::Free,
-            1 => {}
-            _ => return Drive::Brake,
-        }
-        let duty = match self.mode {
-            1 => self.wheel(),
-            2 => f64::from(self.get(sts::GOAL_TIME)) / 1000.0,
-            _ => self.position_duty(),
-        };
-        let mut most = f64::from(self.get(sts::TORQUE_LIMIT)) / 1000.0;
-        if self.latched & OVERLOAD != 0 {
-            most = most.min(f64::from(self.get(sts::PROTECTIVE_TORQUE)) / 100.0);
-        }
-        Drive::Duty(duty.clamp(-most, most))
-    }
-
-    /// Duty of the position loop: P/4 and D/8 in 0.1 % per step and per step/ms, nothing within the
-    /// dead zone, and at least the starting force outside of it.
-    fn position_duty(&mut self) -> f64 {
-        let limits = self.limits();
-        self.ramp.to_position(self.goal, &limits, PERIOD_US);
-        let error = self.ramp.position() - self.position();
-        let change = error - std::mem::replace(&mut self.error, error);
-        let dead_zone = if error > 0 {
-            sts::CW_DEAD_ZONE
-        } else {
-            sts::CCW_DEAD_ZONE
-        };
-        if error.abs() <= self.get(dead_zone) {
-            return 0.0;
-        }
-        let p = f64::from(self.get(sts::P_COEFFICIENT)) / 4.0 * f64::from(error);
-        let d = f64::from(self.get(sts::D_COEFFICIENT)) / 8.0 * f64::from(change);
-        let duty = self.loop_scale * (p + d) / 1000.0;
-        let least = f64::from(self.get(sts::MINIMUM_STARTUP_FORCE)) / 1000.0;
-        if duty == 0.0 {
-            0.0
-        } else {
-            duty.signum() * duty.abs().max(least)
-        }
-    }
-
-    /// Duty of the wheel mode: PI on the rate.
-    fn wheel(&mut self) -> f64 {
-        let most = SPEED_UNIT * self.get(sts::MAXIMUM_VELOCITY_LIMIT);
-        let goal = self.get(sts::GOAL_VELOCITY).clamp(-most, most);
-        self.ramp
-            .to_velocity(goal, &self.limits_of_wheel(most), PERIOD_US);
-        let error = f64::from(self.ramp.velocity()) - self.motor.sensed().rate;
-        let gain = f64::from(self.get(sts::VELOCITY_I_COEFFICIENT)) * WHEEL_I;
-        self.wheel_duty = (self.wheel_duty + gain * error * PERIOD_S).clamp(-1.0, 1.0);
-        f64::from(self.get(sts::VELOCITY_P_COEFFICIENT)) * WHEEL_P * error + self.wheel_duty
-    }
-
-    fn limits_of_wheel(&self, most: i32) -> Limits {
-        Limits {
-            velocity: most as u32,
-            ..self.limits()
-        }
-    }
-
-    fn protect(&mut self) {
-        let sensed = *self.motor.sensed();
-        let acts = self.get(sts::UNLOADING_CONDITION);
-        let overload = f64::from(self.get(sts::OVERLOAD_TORQUE)) / 100.0;
-        let is_overloaded = self.latched & OVERLOAD == 0
-            && sensed.duty.abs() > overload
-            && sensed.rate.abs() < 50.0;
-        if self
-            .overload
-            .exceeds(is_overloaded, 10 * self.get(sts::PROTECTION_TIME))
-        {
-            self.latched |= OVERLOAD & acts;
-        }
-        let most_a = f64::from(self.get(sts::PROTECTION_CURRENT)) * self.current_unit_a;
-        let is_high = most_a > 0.0 && sensed.current_a.abs() > most_a;
-        if self
-            .overcurrent
-            .exceeds(is_high, 10 * self.get(sts::OVERCURRENT_TIME))
-        {
-            self.latched |= CURRENT & acts;
-        }
-        let is_hot = sensed.temperature_c > f64::from(self.get(sts::MAX_TEMPERATURE_LIMIT));
-        let volts = sensed.supply_v * 10.0;
-        let (low, high) = (
-            self.get(sts::MIN_VOLTAGE_LIMIT),
-            self.get(sts::MAX_VOLTAGE_LIMIT),
-        );
-        let is_out = volts < f64::from(low) || volts > f64::from(high);
-        let present = if is_hot { TEMPERATURE } else { 0 } | if is_out { VOLTAGE } else { 0 };
-        self.set(sts::STATUS, self.latched | present);
-        let ends = CURRENT & self.latched | (TEMPERATURE | VOLTAGE) & present & acts;
-        if ends != 0 && self.torque != 0 {
-            self.torque = 0;
-            self.set(sts::TORQUE_ENABLE, 0);
-        }
-    }
-
-    fn publish(&mut self) {
-        let sensed = *self.motor.sensed();
-        let position = if self.mode == 3 {
-            self.goal.wrapping_sub(self.position())
-        } else {
-            self.position()
-        };
-        self.set(sts::PRESENT_POSITION, position.clamp(-32_767, 32_767));
-        self.set(
-            sts::PRESENT_VELOCITY,
-            (sensed.rate.round() as i32).clamp(-32_767, 32_767),
-        );
-        self.set(sts::PRESENT_LOAD, (sensed.duty * 1000.0).round() as i32);
-        self.set(
-            sts::PRESENT_VOLTAGE,
-            (sensed.supply_v * 10.0).round() as i32,
-        );
-        self.set(
-            sts::PRESENT_TEMPERATURE,
-            sensed.temperature_c.round() as i32,
-        );
-        self.set(
-            sts::PRESENT_CURRENT,
-            (sensed.current_a / self.current_unit_a).round() as i32,
-        );
-        self.set(
-            sts::GOAL_POSITION_IN_EFFECT,
-            self.goal.clamp(-32_767, 32_767),
-        );
-        let is_under_way =
-            self.torque == 1 && matches!(self.mode, 0 | 3) && self.ramp.position() != self.goal;
-        let threshold = SPEED_UNIT * self.get(sts::MOVING_THRESHOLD);
-        let is_moving = is_under_way || sensed.rate.abs() > f64::from(threshold);
-        self.set(sts::MOVING, i32::from(is_moving));
     }
 }

@@ -6,7 +6,9 @@
 //! caller.
 
 mod bus;
+pub mod client;
 mod dynamixel;
+mod fault;
 mod feetech;
 mod model;
 mod motor;
@@ -15,5 +17,6 @@ mod server;
 mod tests;
 
 pub use bus::{Bus, Servo};
+pub use fault::{Fault, NoFault, OfServo};
 pub use model::{Model, NAMES, model};
 pub use server::Server;

@@ -6,12 +6,14 @@
 use std::io::{self, ErrorKind};
 use std::net::TcpListener;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::Receiver;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use mio::{Events, Interest, Poll, Token};
 
 use super::bus::{Bus, Sent};
+use super::fault::Fault;
 use crate::can::server::Stream;
 
 /// Time between two looks at the clock while nothing arrives.
@@ -91,11 +93,16 @@ impl Server {
         Ok(())
     }
 
-    /// Runs the bus in real time until `stop` is set.
+    /// Runs the bus in real time, with the faults that arrive, until `stop` is set.
     ///
     /// # Errors
     /// If the system cannot wait for events.
-    pub fn run(mut self, listener: Option<TcpListener>, stop: &AtomicBool) -> io::Result<()> {
+    pub fn run(
+        mut self,
+        listener: Option<TcpListener>,
+        faults: &Receiver<Fault>,
+        stop: &AtomicBool,
+    ) -> io::Result<()> {
         let mut listener = listener.map(mio::net::TcpListener::from_std);
         if let Some(listener) = &mut listener {
             self.poll
@@ -108,6 +115,7 @@ impl Server {
                 Err(error) if error.kind() != ErrorKind::Interrupted => return Err(error),
                 _ => {}
             }
+            faults.try_iter().for_each(|fault| self.bus.apply(fault));
             self.bus.advance_to(self.start.elapsed().as_micros() as u64);
             for event in &events {
                 match (event.token(), &listener) {

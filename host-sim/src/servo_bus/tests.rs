@@ -4,11 +4,12 @@ use servo_bus::tables::{sts, x};
 use servo_bus::{BROADCAST, Field, dynamixel, feetech};
 
 use super::bus::Sent;
-use super::{Bus, NAMES, Servo, model};
+use super::{Bus, Fault, NAMES, OfServo, model};
 
 /// A servo, written to as by the bus.
 struct Bench {
     bus: Bus,
+    is_sts: bool,
 }
 
 impl Bench {
@@ -16,53 +17,53 @@ impl Bench {
         let model = model(name).expect("a model");
         Self {
             bus: Bus::new(&model, 1, 0.0).expect("its parameters are in their ranges"),
+            is_sts: name.starts_with("sts"),
         }
+    }
+
+    fn answer(&mut self, bytes: &[u8]) -> Vec<u8> {
+        let mut sent = Sent::default();
+        self.bus.receive(bytes, &mut sent);
+        sent.bytes
     }
 
     /// Writes a register; returns the status, or error, of the answer.
     fn write(&mut self, field: Field, value: i32) -> u8 {
-        let bytes = self.bytes(field, value);
-        let mut sent = Sent::default();
-        self.bus.receive(&bytes, &mut sent);
-        match &self.bus.servos()[0] {
-            Servo::Sts(_) => sent.bytes[4],
-            Servo::X(_) => sent.bytes[8],
-        }
-    }
-
-    fn bytes(&mut self, field: Field, value: i32) -> Vec<u8> {
         let data = field.encode(value, servo_bus::Order::Little);
         let data = &data[..usize::from(field.size)];
-        match &self.bus.servos()[0] {
-            Servo::Sts(_) => {
-                feetech::encode(1, 3, &[&[field.address as u8], data].concat()).to_vec()
-            }
-            Servo::X(_) => dynamixel::encode(1, 3, &[&field.address.to_le_bytes(), data]).to_vec(),
-        }
+        let (bytes, error) = if self.is_sts {
+            let parameters = [&[field.address as u8], data].concat();
+            (feetech::encode(1, 3, &parameters), 4)
+        } else {
+            let address = field.address.to_le_bytes();
+            (dynamixel::encode(1, 3, &[&address, data]), 8)
+        };
+        self.answer(&bytes)[error]
     }
 
     fn get(&mut self, field: Field) -> i32 {
-        match &self.bus.servos()[0] {
-            Servo::Sts(servo) => servo.server.memory.get(field),
-            Servo::X(servo) => servo.server.memory.get(field),
-        }
+        self.bus.servos()[0].memory().get(field)
+    }
+
+    fn apply(&mut self, fault: OfServo) {
+        self.bus.apply(Fault::Of(1, fault));
+    }
+
+    fn load(&mut self, torque_nm: f64) {
+        self.apply(OfServo::Load(torque_nm));
+    }
+
+    fn jam(&mut self, is_jammed: bool) {
+        self.apply(OfServo::Jam(is_jammed));
     }
 
     fn run(&mut self, ms: u32) {
         (0..ms).for_each(|_| self.bus.step());
     }
 
-    fn load(&mut self, torque_nm: f64) {
-        self.bus.servos()[0].motor().set_load_nm(torque_nm);
-    }
-
-    fn jam(&mut self, is_jammed: bool) {
-        self.bus.servos()[0].motor().set_jammed(is_jammed);
-    }
-
     /// Drives with the whole supply.
-    fn full_duty(&mut self, name: &str) {
-        if name.starts_with("sts") {
+    fn full_duty(&mut self) {
+        if self.is_sts {
             self.write(sts::OPERATING_MODE, 2);
             self.write(sts::GOAL_TIME, 1000);
             self.write(sts::TORQUE_ENABLE, 1);
@@ -93,7 +94,7 @@ fn each_motor_has_the_rate_and_the_torque_of_its_source() {
     assert_eq!(CATALOGUE.map(|(name, ..)| name), NAMES);
     for (name, rate_rad_s, stall_nm) in CATALOGUE {
         let mut bench = Bench::new(name);
-        bench.full_duty(name);
+        bench.full_duty();
         bench.run(500);
         let rate = bench.rate() * std::f64::consts::TAU / 4096.0;
         assert!(
@@ -104,7 +105,7 @@ fn each_motor_has_the_rate_and_the_torque_of_its_source() {
         for (share, moves) in [(0.93, true), (1.07, false)] {
             let mut bench = Bench::new(name);
             bench.load(-share * stall_nm);
-            bench.full_duty(name);
+            bench.full_duty();
             bench.run(400);
             assert_eq!(
                 bench.rate() > 5.0,
@@ -120,8 +121,7 @@ fn each_motor_has_the_rate_and_the_torque_of_its_source() {
 fn a_goal_is_reached_with_the_gains_of_the_table() {
     for name in NAMES {
         let mut bench = Bench::new(name);
-        let is_sts = name.starts_with("sts");
-        let (goal, enable, present) = if is_sts {
+        let (goal, enable, present) = if bench.is_sts {
             (
                 sts::GOAL_POSITION,
                 sts::TORQUE_ENABLE,
@@ -314,4 +314,28 @@ fn a_soft_supply_breaks_down_under_six_servos() {
     };
     assert_eq!(bus(0.0), 7.4);
     assert!(bus(0.5) < 5.0, "{}", bus(0.5));
+}
+
+#[test]
+fn faults_begin_and_end() {
+    let mut bench = Bench::new("sts3215");
+    let ping = feetech::encode(1, 1, &[]);
+    let right = [0xFF, 0xFF, 1, 2, 0, 0xFC];
+    bench.apply(OfServo::Absent(true));
+    assert!(bench.answer(&ping).is_empty());
+    bench.apply(OfServo::Absent(false));
+    bench.apply(OfServo::Corrupt(1));
+    assert_eq!(bench.answer(&ping), [0xFF, 0xFF, 1, 2, 0, 0xFD]);
+    assert_eq!(bench.answer(&ping), right);
+    bench.apply(OfServo::Id(9));
+    assert!(bench.answer(&ping).is_empty());
+    bench.apply(OfServo::Id(1));
+    // A supply below the limit of 4 V: the status tells it, while the torque is off.
+    bench.bus.apply(Fault::Supply(3.5));
+    bench.run(5);
+    assert_eq!(
+        (bench.get(sts::STATUS), bench.get(sts::PRESENT_VOLTAGE)),
+        (1, 35)
+    );
+    bench.bus.apply(Fault::Of(2, OfServo::Jam(true)));
 }

@@ -26,7 +26,10 @@ class Bench(unittest.TestCase):
         self.addCleanup(directory.cleanup)
         self.path = os.path.join(directory.name, "servos")
         command = [PROGRAM, "serve", "--protocol", self.model, "--nodes", "6", "--pty", "--link", self.path]
-        process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        command += ["--servo-faults", "-"]
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.process, self.faults = process, process.stdin
+        self.addCleanup(process.stdin.close)
         self.addCleanup(process.stdout.close)
         self.addCleanup(process.wait)
         self.addCleanup(process.kill)
@@ -39,6 +42,11 @@ class Bench(unittest.TestCase):
         while not condition():
             self.assertLess(time.monotonic(), end, message)
             time.sleep(0.005)
+
+    def fault(self, line):
+        self.faults.write(line + "\n")
+        self.faults.flush()
+        time.sleep(0.1)
 
     def is_done(self, outcome):
         """The values of an outcome that ends with result and error, both 0."""
@@ -115,6 +123,33 @@ class Feetech(Bench):
         time.sleep(0.02)
         self.assertEqual(self.is_done(self.bus.ping(self.port, 17)), 777)
         self.assertEqual(self.bus.ping(self.port, 6)[1], scs.COMM_RX_TIMEOUT)
+
+
+    def test_an_overload_is_read_cleared_and_recovered(self):
+        self.write(1, 34, 2, 20 | 20 << 8)
+        self.write(1, 42, 2, 4000)
+        time.sleep(0.2)
+        self.fault("1 jam")
+        self.wait_for(lambda: self.bus.ping(self.port, 1)[2] == 32, "an overload")
+        # The answer to the write still has the status; the torque is off all the same.
+        self.assertEqual(self.bus.write1ByteTxRx(self.port, 1, 40, 0), (scs.COMM_SUCCESS, 32))
+        self.fault("1 free")
+        self.assertEqual([self.read(1, 40, 1), self.read(1, 65, 1)], [0, 0])
+        self.write(1, 42, 2, 2048)
+        self.wait_for(lambda: abs(self.read(1, 56, 2) - 2048) < 40, "the goal")
+
+    def test_the_link_ends_with_the_server(self):
+        self.process.terminate()
+        self.process.wait(5)
+        self.assertFalse(os.path.lexists(self.path))
+
+    def test_servos_vanish_and_answers_are_damaged(self):
+        self.fault("3 vanish")
+        self.assertEqual(self.bus.ping(self.port, 3)[1], scs.COMM_RX_TIMEOUT)
+        self.fault("3 return")
+        self.fault("3 corrupt 1")
+        self.assertEqual(self.bus.ping(self.port, 3)[1], scs.COMM_RX_CORRUPT)
+        self.assertEqual(self.is_done(self.bus.ping(self.port, 3)), 777)
 
 
 class Dynamixel(Bench):
