@@ -6,7 +6,9 @@ use host_sim::{
     can::{client::ClientError, update::UpdateError},
     error::Error as SimulatorError,
     file::{CheckError, WriteError},
-    plot, trace_file,
+    plot,
+    servo_bus::client::ServoError,
+    trace_file,
 };
 use identification::{
     IdentifyError, data::ImportError, parameter_file::NotSimulated, request::RequestError,
@@ -29,6 +31,9 @@ pub enum Error {
     /// A bus or an actuator on it.
     #[error(transparent)]
     Bus(#[from] ClientError),
+    /// A serial bus or a servo on it.
+    #[error(transparent)]
+    Servo(#[from] ServoError),
     /// A bus cannot be served.
     #[error("cannot serve at {address}: {source}")]
     Serve {
@@ -84,6 +89,9 @@ impl Error {
             Self::Bus(error) if error.is_at_limit() => 4,
             Self::Bus(error) if error.is_invalid_request() => 2,
             Self::Image(SignError::File { .. }) => 1,
+            Self::Servo(
+                ServoError::Bus { .. } | ServoError::NoAnswer(_) | ServoError::NotReached { .. },
+            ) => 1,
             Self::Bus(_) | Self::Serve { .. } | Self::Studio(_) => 1,
             Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write(_)) => 1,
             _ => 2,
@@ -95,6 +103,7 @@ impl Error {
         match self {
             Self::Bus(error) => error.is_refusal(),
             Self::Update(error) => error.is_refusal(),
+            Self::Servo(error) => matches!(error, ServoError::Refused { .. }),
             _ => false,
         }
     }

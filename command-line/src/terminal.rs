@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io;
 use std::os::unix::ffi::OsStringExt;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use rustix::fs::{OFlags, fcntl_setfl};
 use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -25,4 +25,29 @@ pub fn open() -> io::Result<(File, PathBuf)> {
     fcntl_setfl(&terminal, OFlags::RDWR | OFlags::NONBLOCK)?;
     let path = PathBuf::from(std::ffi::OsString::from_vec(path.into_bytes()));
     Ok((File::from(terminal), path))
+}
+
+/// A link to a terminal, which is removed with this value.
+#[derive(Debug)]
+pub struct Link(PathBuf);
+
+impl Link {
+    /// A link at this path, in place of another link.
+    ///
+    /// # Errors
+    /// The error of the operating system; what is there and not a link stays.
+    pub fn new(path: &Path, target: &Path) -> io::Result<Self> {
+        if path.is_symlink() {
+            std::fs::remove_file(path)?;
+        }
+        std::os::unix::fs::symlink(target, path)?;
+        Ok(Self(path.into()))
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        // Another server may have replaced it, or a user removed it.
+        let _ = std::fs::remove_file(&self.0);
+    }
 }

@@ -12,6 +12,7 @@ pub mod page;
 pub mod plot;
 pub mod report;
 pub mod scenario;
+pub mod servo_bus;
 pub mod settings;
 pub mod simulate;
 pub mod table;

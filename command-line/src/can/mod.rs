@@ -10,6 +10,8 @@ pub(crate) mod record;
 mod scan;
 mod serve;
 mod service;
+mod servo;
+mod servos;
 mod stop;
 mod telemetry;
 mod update;
@@ -33,12 +35,14 @@ pub use update::Update;
 
 use crate::error::Error;
 use host_sim::can::client::Client;
+use host_sim::servo_bus;
 
 /// The bus.
 #[derive(Debug, Args)]
 pub(super) struct OnBus {
     /// HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), or a SocketCAN interface
-    /// (can0)
+    /// (can0); `scan`, `get`, `set`, `move`, `stop` and `record` take servos too: sts:/dev/ttyUSB0 of Feetech,
+    /// dxl:/dev/ttyUSB0@57600 of Robotis, at 1,000,000 bit/s unless another rate follows
     #[arg(long, value_name = "BUS", default_value = "127.0.0.1:29536")]
     bus: String,
     /// Bit rate of the adapter, kbit/s
@@ -51,7 +55,18 @@ pub(super) struct OnBus {
 
 impl OnBus {
     fn open(&self, node: u8) -> Result<Client, Error> {
+        if servo_bus::client::is_servo_bus(&self.bus) {
+            let text = "servos have the commands scan, get, set, move, stop and record";
+            return Err(Error::Conflict(text.into()));
+        }
         Ok(Client::open(&self.bus, self.kbit_s, node)?)
+    }
+
+    /// The serial bus, if it is one.
+    fn servos(&self) -> Result<Option<servo_bus::client::Client>, Error> {
+        let is_one = servo_bus::client::is_servo_bus(&self.bus);
+        let client = is_one.then(|| servo_bus::client::Client::open(&self.bus));
+        Ok(client.transpose()?)
     }
 }
 
@@ -68,6 +83,14 @@ pub(super) struct AtNode {
 impl AtNode {
     fn open(&self) -> Result<Client, Error> {
         self.bus.open(self.node)
+    }
+
+    /// The servo, if the bus is a serial one.
+    fn servo(&self) -> Result<Option<servo::Servo>, Error> {
+        let client = self.bus.servos()?;
+        client
+            .map(|client| servo::Servo::find(client, self.node))
+            .transpose()
     }
 
     fn json(&self) -> bool {

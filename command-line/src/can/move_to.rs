@@ -6,6 +6,7 @@ use canopen::cia402::statusword;
 use clap::Args;
 use serde_json::json;
 
+use super::servo::Servo;
 use super::{AtNode, print_json};
 use crate::error::Error;
 use crate::interrupt;
@@ -50,6 +51,9 @@ impl Move {
             expected: "a time in seconds",
         })?;
         let rate_mdeg_s = self.rate.map(profile_rate).transpose()?;
+        if let Some(mut servo) = self.at.servo()? {
+            return self.turn(&mut servo, within);
+        }
         let mut client = self.at.open()?;
         let move_to = |client: &mut Client| self.arrive(client, target_mdeg, rate_mdeg_s, within);
         let angle_deg = match self.no_wait {
@@ -67,6 +71,26 @@ impl Move {
             return print_json(&json!({ "angle_deg": angle_deg }));
         }
         print(&format!("{angle_deg} deg\n"))
+    }
+
+    /// Moves a servo.
+    fn turn(&self, servo: &mut Servo, within: Duration) -> Result<(), Error> {
+        if self.rate.is_some() {
+            let text = "--rate: of a servo, set goal_velocity or profile_velocity";
+            return Err(Error::Conflict(text.into()));
+        }
+        let within = (!self.no_wait).then_some(within);
+        let angle_deg = servo.turn_to(self.angle_deg, within);
+        let released = match self.release {
+            true => servo.release(),
+            false => Ok(()),
+        };
+        let angle_deg = angle_deg?;
+        released?;
+        if self.at.json() {
+            return print_json(&json!({ "angle_deg": angle_deg }));
+        }
+        print(&format!("{angle_deg:.3} deg\n"))
     }
 
     /// Moves to the angle, and returns the angle reached.

@@ -36,6 +36,9 @@ impl Get {
     /// # Errors
     /// For an unknown name; those of the bus and the actuator.
     pub fn run(&self) -> Result<(), Error> {
+        if let Some(mut servo) = self.at.servo()? {
+            return servo.get(&self.objects, self.at.json());
+        }
         let all = self.objects.is_empty();
         let rows: Vec<&Row> = if all {
             names::rows()
@@ -110,13 +113,11 @@ impl Set {
     /// For an unknown name or an invalid value; those of the bus and the actuator. Objects before
     /// the failed one are written.
     pub fn run(&self) -> Result<(), Error> {
+        if let Some(mut servo) = self.at.servo()? {
+            return servo.set(&self.values, self.at.json());
+        }
         let writes = self.values.iter().map(|text| {
-            let pair = text.split_once('=').ok_or_else(|| Error::Option {
-                option: "an object to set",
-                value: text.clone(),
-                expected: "OBJECT=VALUE",
-            });
-            let (object, value) = pair?;
+            let (object, value) = pair(text)?;
             let row = names::find(object.trim())?;
             Ok((row, names::encode(row, value.trim())?))
         });
@@ -135,6 +136,15 @@ impl Set {
         }
         Ok(())
     }
+}
+
+/// Object and value of an argument.
+pub(super) fn pair(text: &str) -> Result<(&str, &str), Error> {
+    text.split_once('=').ok_or_else(|| Error::Option {
+        option: "an object to set",
+        value: text.to_owned(),
+        expected: "OBJECT=VALUE",
+    })
 }
 
 /// The values of the objects 2011h that a fit determines, with warnings for the others and for what

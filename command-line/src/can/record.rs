@@ -21,7 +21,8 @@ use host_sim::can::telemetry::{Clock, Telemetry};
 /// Records the telemetry of an actuator as a CSV file with units in the names of the columns
 ///
 /// The command of the position loop is recorded too, by a fourth TPDO that is removed at the end. An
-/// interrupt (Ctrl-C) ends the recording; the file has all samples until then.
+/// interrupt (Ctrl-C) ends the recording; the file has all samples until then. Of a servo it reads goal
+/// and present values as fast as the bus allows.
 ///
 /// With --json standard output is JSON: one object per sample and line or, if the samples go to a
 /// file, the numbers of samples and of lost ones.
@@ -48,13 +49,20 @@ impl Record {
     /// For a file that cannot be written; those of the bus and the actuator.
     pub fn run(&self) -> Result<(), Error> {
         let time = length("--for", self.seconds)?;
-        let mut client = self.at.open()?;
-        let mut sink = Sink::open(self.out.clone(), self.at.json())?;
-        let lost = if self.capture {
-            upload(&mut client, &mut sink)?;
-            0
-        } else {
-            listen(&mut client, time, &mut sink)?
+        let sink = || Sink::open(self.out.clone(), self.at.json());
+        let (lost, sink) = match self.at.servo()? {
+            Some(_) if self.capture => {
+                return Err(Error::Conflict("--capture: servos have none".into()));
+            }
+            Some(mut servo) => {
+                let mut sink = sink()?;
+                (servo.record(time, &mut sink)?, sink)
+            }
+            None => {
+                let mut client = self.at.open()?;
+                let mut sink = sink()?;
+                (self.record(&mut client, time, &mut sink)?, sink)
+            }
         };
         let rows = sink.close()?;
         if lost > 0 {
@@ -64,6 +72,16 @@ impl Record {
             print_json(&json!({ "rows": rows, "lost": lost }))?;
         }
         Ok(())
+    }
+}
+
+impl Record {
+    fn record(&self, client: &mut Client, time: Duration, sink: &mut Sink) -> Result<u64, Error> {
+        if !self.capture {
+            return listen(client, time, sink);
+        }
+        upload(client, sink)?;
+        Ok(0)
     }
 }
 
@@ -127,7 +145,7 @@ fn seconds(clock: &mut Clock, telemetry: &Telemetry, now: Duration) -> f64 {
 const COMMAND_TPDO: u8 = 4;
 
 /// A sink for samples.
-struct Sink {
+pub(super) struct Sink {
     path: PathBuf,
     out: BufWriter<Box<dyn Write>>,
     rows: u64,
@@ -161,7 +179,7 @@ impl Sink {
         write_error(&self.path, source)
     }
 
-    fn header(&mut self, names: impl Iterator<Item = String>) -> Result<(), Error> {
+    pub(super) fn header(&mut self, names: impl Iterator<Item = String>) -> Result<(), Error> {
         let names: Vec<_> = names.collect();
         if let Some(keys) = &mut self.keys {
             *keys = names;
@@ -171,7 +189,11 @@ impl Sink {
     }
 
     /// A value that has not arrived yet is an empty field or null.
-    fn row(&mut self, time_s: f64, values: impl Iterator<Item = f64>) -> Result<(), Error> {
+    pub(super) fn row(
+        &mut self,
+        time_s: f64,
+        values: impl Iterator<Item = f64>,
+    ) -> Result<(), Error> {
         if let Some(keys) = &self.keys {
             let named = keys.iter().cloned().zip(values.map(|value| json!(value)));
             let mut object: serde_json::Map<_, _> = named.collect();

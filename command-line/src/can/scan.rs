@@ -3,13 +3,13 @@
 use clap::Args;
 use serde_json::json;
 
-use super::{OnBus, print_json};
+use super::{OnBus, print_json, servo};
 use crate::error::Error;
 use crate::output::print_table;
 use host_sim::can::scan;
 use host_sim::table::{Cell, Table};
 
-/// Lists the CANopen devices of a bus
+/// Lists the CANopen devices, or servos, of a bus
 #[derive(Debug, Args)]
 pub struct Scan {
     #[command(flatten)]
@@ -22,6 +22,9 @@ impl Scan {
     /// # Errors
     /// Those of the bus.
     pub fn run(&self) -> Result<(), Error> {
+        if let Some(mut servos) = self.bus.servos()? {
+            return servo::scan(&mut servos, self.bus.json);
+        }
         let mut client = self.bus.open(1)?;
         let nodes = scan::answering(&mut client)?;
         let devices: Vec<_> = nodes

@@ -10,11 +10,16 @@ use canopen::NodeId;
 use clap::Args;
 use model_core::plant::board::BoardPlantOptions;
 
+use super::servos::Servos;
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
+#[cfg(unix)]
+use crate::terminal;
 use host_sim::can::bus::Bus;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
+#[cfg(unix)]
+use host_sim::can::server::Terminal;
 use host_sim::can::server::{Notice, Server};
 
 /// Runs actuators on a virtual CAN bus in real time, and provides the bus as slcan
@@ -26,6 +31,8 @@ use host_sim::can::server::{Notice, Server};
 /// With ELF files the programs run on emulated boards instead, and the server provides the serial
 /// line of the communication board, which has one client at a time: further ones are refused. With
 /// --boot-elf the boards start through the bootloader, and `actuator update` works on them.
+///
+/// With `--protocol` the server runs servos on a serial bus instead, for the libraries of their makers.
 #[derive(Debug, Args)]
 pub struct Serve {
     /// Address and port of the server; port 0 selects a free one
@@ -67,6 +74,12 @@ pub struct Serve {
     /// Program of the emulated communication board
     #[arg(long, value_name = "FILE", requires = "elf")]
     comm_elf: Option<PathBuf>,
+    #[command(flatten)]
+    servos: Servos,
+    /// Makes this path a link to the pseudo-terminal, until the end
+    #[cfg(unix)]
+    #[arg(long, value_name = "PATH", requires = "pty", conflicts_with = "elf")]
+    link: Option<PathBuf>,
 }
 
 /// A transport to the serial line, and its address.
@@ -83,6 +96,16 @@ impl Serve {
         if let (Some(actuator), Some(comm)) = (&self.elf, &self.comm_elf) {
             return self.emulate(actuator, comm, &stop);
         }
+        if let Some(servos) = self.servos.serve(self.nodes)? {
+            #[cfg(unix)]
+            if self.pty {
+                let (terminal, address, _link) = self.open_linked()?;
+                let servos = servos.with(Terminal(terminal), &address)?;
+                return servos.run(None, &address, &stop);
+            }
+            let (listener, address) = self.listen()?;
+            return servos.run(Some(listener), &address, &stop);
+        }
         let mut buffers = vec![vec![0; CAPTURE_VALUES]; usize::from(self.nodes)];
         let nodes = (1..).zip(&mut buffers).map(|(number, buffer)| {
             let node_id = NodeId::new(number).filter(|_| !self.unconfigured);
@@ -96,14 +119,27 @@ impl Serve {
         let mut server = Server::new(Bus::new(nodes.collect::<Result<_, _>>()?));
         #[cfg(unix)]
         if self.pty {
-            let (terminal, address) = open_terminal()?;
-            server.add("the terminal", host_sim::can::server::Terminal(terminal));
+            let (terminal, address, _link) = self.open_linked()?;
+            server.add("the terminal", Terminal(terminal));
             self.ready(&address)?;
             return run(&mut server, None, &stop, &address);
         }
         let (listener, address) = self.listen()?;
         self.ready(&address)?;
         run(&mut server, Some(listener), &stop, &address)
+    }
+
+    /// A pseudo-terminal, its address, and the link to it.
+    #[cfg(unix)]
+    fn open_linked(&self) -> Result<(std::fs::File, String, Option<terminal::Link>), Error> {
+        let (terminal, address) = open_terminal()?;
+        let link = self.link.as_deref().map(|path| {
+            terminal::Link::new(path, Path::new(&address)).map_err(|source| Error::Serve {
+                address: path.display().to_string(),
+                source,
+            })
+        });
+        Ok((terminal, address, link.transpose()?))
     }
 
     /// Options of the board plant of an actuator.
@@ -202,7 +238,7 @@ impl Serve {
 
 #[cfg(unix)]
 fn open_terminal() -> Result<(std::fs::File, String), Error> {
-    let opened = crate::terminal::open().map_err(|source| Error::Serve {
+    let opened = terminal::open().map_err(|source| Error::Serve {
         address: "a pseudo-terminal".into(),
         source,
     });

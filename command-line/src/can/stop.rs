@@ -5,10 +5,11 @@ use serde_json::json;
 
 use super::{AtNode, print_json};
 use crate::error::Error;
+use host_sim::can::client::Client;
 
 /// Stops an actuator by a quick stop, after which its drive is off
 ///
-/// With --hold the drive halts and holds the shaft.
+/// With --hold the drive halts and holds the shaft. Of a servo the torque is off without a stop.
 #[derive(Debug, Args)]
 pub struct Stop {
     /// Halts and holds the shaft
@@ -24,14 +25,21 @@ impl Stop {
     /// # Errors
     /// Those of the bus and the actuator.
     pub fn run(&self) -> Result<(), Error> {
-        let mut client = self.at.open()?;
-        match self.hold {
-            true => client.halt()?,
-            false => client.quick_stop()?,
+        match self.at.servo()? {
+            Some(mut servo) if self.hold => servo.halt()?,
+            Some(mut servo) => servo.release()?,
+            None => self.stop(&mut self.at.open()?)?,
         }
         match self.at.json() {
             true => print_json(&json!({ "stopped": true })),
             false => Ok(()),
         }
+    }
+    fn stop(&self, client: &mut Client) -> Result<(), Error> {
+        match self.hold {
+            true => client.halt()?,
+            false => client.quick_stop()?,
+        }
+        Ok(())
     }
 }

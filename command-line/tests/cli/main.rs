@@ -20,6 +20,7 @@ mod scenario;
 #[cfg(target_os = "linux")]
 mod serve;
 mod served;
+mod servos;
 mod silent;
 mod simulate;
 #[cfg(unix)]

@@ -1,0 +1,139 @@
+//! `actuator serve --protocol`: servos on a serial bus.
+
+use std::fs::File;
+use std::io::{self, BufRead as _, BufReader};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread;
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+#[cfg(unix)]
+use host_sim::can::server::Terminal;
+use host_sim::servo_bus::{self, Bus, Fault, NAMES, Server};
+
+use crate::error::Error;
+use crate::output::print;
+
+/// Bit rate of the line: that of the STS series, and the usual one of the X series.
+const BIT_S: u64 = 1_000_000;
+
+/// Servos in place of actuators.
+#[derive(Debug, Args)]
+pub struct Servos {
+    /// Servos of this model on a serial bus at 1 Mbit/s, with IDs from 1
+    #[arg(long, value_name = "MODEL", value_parser = PossibleValuesParser::new(NAMES),
+        conflicts_with_all = ["elf", "unconfigured", "seed"])]
+    protocol: Option<String>,
+    /// Resistance of supply and cable that the servos share, ohm
+    #[arg(long, value_name = "OHM", default_value_t = 0.0, requires = "protocol")]
+    supply_ohm: f64,
+    /// Faults as they are written to this file or pipe, one a line; `-` for standard input
+    ///
+    /// `supply 5.5` sets the voltage; the number of a servo and `jam`, `free`, `load NM`, `vanish`,
+    /// `return`, `corrupt ANSWERS` or `id ID` concern that servo.
+    #[arg(long, value_name = "FILE", requires = "protocol")]
+    servo_faults: Option<PathBuf>,
+}
+
+/// A bus of servos that is served.
+pub struct Serving {
+    server: Server,
+    what: String,
+    faults: Receiver<Fault>,
+}
+
+impl Servos {
+    /// Servos, if they are asked for.
+    ///
+    /// # Errors
+    /// For a resistance that is not one, or if the system cannot wait for events.
+    pub fn serve(&self, count: u8) -> Result<Option<Serving>, Error> {
+        let model = self.protocol.as_deref().and_then(servo_bus::model);
+        let Some(model) = model else { return Ok(None) };
+        if !(0.0..=100.0).contains(&self.supply_ohm) {
+            return Err(Error::Option {
+                option: "--supply-ohm",
+                value: self.supply_ohm.to_string(),
+                expected: "0 to 100 ohm",
+            });
+        }
+        let bus = Bus::new(&model, count, self.supply_ohm)?;
+        let ids = match count {
+            1 => "1 servo with ID 1".to_owned(),
+            most => format!("{most} servos with IDs 1 to {most}"),
+        };
+        let name = model.table.name;
+        let server = Server::new(bus, BIT_S).map_err(|source| failed(name, source))?;
+        let what = format!("{ids} of the model {name}");
+        let (sender, faults) = mpsc::channel();
+        if let Some(path) = self.servo_faults.clone() {
+            thread::spawn(move || read_faults(&path, &sender));
+        }
+        Ok(Some(Serving {
+            server,
+            what,
+            faults,
+        }))
+    }
+}
+
+impl Serving {
+    /// With this terminal as a client.
+    ///
+    /// # Errors
+    /// If the system cannot wait for its events.
+    #[cfg(unix)]
+    pub fn with(mut self, terminal: Terminal, address: &str) -> Result<Self, Error> {
+        let added = self.server.add(terminal);
+        added.map_err(|source| failed(address, source))?;
+        Ok(self)
+    }
+
+    /// Runs the servos until an interrupt.
+    ///
+    /// # Errors
+    /// If the system cannot wait for events.
+    pub fn run(
+        self,
+        listener: Option<TcpListener>,
+        address: &str,
+        stop: &AtomicBool,
+    ) -> Result<(), Error> {
+        print(&format!("ready: serial bus at {address}, {}\n", self.what))?;
+        let done = self.server.run(listener, &self.faults, stop);
+        done.map_err(|source| failed(address, source))
+    }
+}
+
+/// Sends the faults of a file until its end, and reports lines that are none. The file is opened
+/// here: that of a pipe waits for its writer.
+fn read_faults(path: &Path, to: &Sender<Fault>) {
+    let is_standard = path == Path::new("-");
+    let file: io::Result<Box<dyn io::Read>> = if is_standard {
+        Ok(Box::new(io::stdin()))
+    } else {
+        File::open(path).map(|file| Box::new(file) as _)
+    };
+    let lines = match file {
+        Ok(file) => BufReader::new(file).lines(),
+        Err(error) => return note!("cannot read {}: {error}", path.display()),
+    };
+    for line in lines.map_while(Result::ok) {
+        match line.parse() {
+            // The server ends.
+            Ok(fault) if to.send(fault).is_err() => return,
+            Ok(_) => {}
+            Err(error) => note!("{error}"),
+        }
+    }
+}
+
+fn failed(address: &str, source: io::Error) -> Error {
+    Error::Serve {
+        address: address.into(),
+        source,
+    }
+}

@@ -1,0 +1,189 @@
+//! `actuator serve --protocol`: servos on a serial bus.
+
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::time::Duration;
+
+use crate::Cli;
+use crate::served::Served;
+
+/// What a client of the bus gets as the answer to these bytes.
+fn exchange(stream: &mut TcpStream, bytes: &[u8], answer: usize) -> Vec<u8> {
+    stream.write_all(bytes).expect("it is sent");
+    let mut answered = vec![0; answer];
+    stream.read_exact(&mut answered).expect("an answer");
+    answered
+}
+
+fn connect(served: &Served) -> TcpStream {
+    let stream = TcpStream::connect(&served.bus).expect("it accepts");
+    let timeout = Some(Duration::from_secs(10));
+    stream.set_read_timeout(timeout).expect("a time");
+    stream
+}
+
+#[test]
+fn the_clients_of_a_port_share_the_servos() {
+    let served = Served::new(&["--protocol", "sts3215", "--nodes", "2"]);
+    let [mut one, mut other] = [connect(&served), connect(&served)];
+    // The manual's ping, and one of the second servo.
+    let ping = [0xFF, 0xFF, 1, 2, 1, 0xFB];
+    assert_eq!(exchange(&mut one, &ping, 6), [0xFF, 0xFF, 1, 2, 0, 0xFC]);
+    let ping = [0xFF, 0xFF, 2, 2, 1, 0xFA];
+    assert_eq!(exchange(&mut other, &ping, 6), [0xFF, 0xFF, 2, 2, 0, 0xFB]);
+    // What one writes, the other reads: P of the first servo.
+    exchange(&mut one, &[0xFF, 0xFF, 1, 4, 3, 0x15, 16, 0xD2], 6);
+    let read = [0xFF, 0xFF, 1, 4, 2, 0x15, 1, 0xE2];
+    assert_eq!(exchange(&mut other, &read, 7)[5], 16);
+    drop(one);
+    assert_eq!(exchange(&mut other, &read, 7)[5], 16);
+}
+
+#[test]
+fn a_part_of_a_packet_is_forgotten_after_a_pause() {
+    let served = Served::new(&["--protocol", "xl330-m288"]);
+    let mut stream = connect(&served);
+    // The begin of a packet of 255 bytes more.
+    stream
+        .write_all(&[0xFF, 0xFF, 0xFD, 0, 1, 0xFF, 0])
+        .expect("it is sent");
+    std::thread::sleep(Duration::from_millis(200));
+    let ping = [0xFF, 0xFF, 0xFD, 0, 1, 3, 0, 1, 0x19, 0x4E];
+    let answer = exchange(&mut stream, &ping, 14);
+    assert_eq!(answer[9..12], [0xB0, 4, 46]);
+}
+
+#[test]
+fn faults_of_a_file_act_and_others_are_reported() {
+    let cli = Cli::new();
+    std::fs::write(cli.path("faults"), "2 vanish\n1 bend\n1 corrupt 1\n").expect("a file");
+    let file = cli.path("faults").display().to_string();
+    let served = Served::new(&[
+        "--protocol",
+        "sts3215",
+        "--nodes",
+        "2",
+        "--servo-faults",
+        &file,
+    ]);
+    // Faults act within 10 ms of the server's start.
+    std::thread::sleep(Duration::from_millis(300));
+    let mut stream = connect(&served);
+    let pings = [0xFF, 0xFF, 2, 2, 1, 0xFA, 0xFF, 0xFF, 1, 2, 1, 0xFB];
+    assert_eq!(
+        exchange(&mut stream, &pings, 6),
+        [0xFF, 0xFF, 1, 2, 0, 0xFD]
+    );
+    let notices = std::fs::read_to_string(served.cli.path("notices")).expect("a file");
+    assert!(
+        notices.contains("fault `1 bend`: expected `supply VOLTS`"),
+        "{notices}"
+    );
+}
+
+#[test]
+fn options_that_cannot_be_are_refused() {
+    let cli = Cli::new();
+    std::fs::write(cli.path("file"), "a file").expect("a file");
+    for (options, status, message) in [
+        (
+            "--protocol sts3216",
+            2,
+            "sts3215, sts3250, xl330-m288, xm430-w350",
+        ),
+        (
+            "--protocol sts3215 --supply-ohm=-1",
+            2,
+            "--supply-ohm is -1, expected 0 to 100 ohm",
+        ),
+        ("--supply-ohm 1", 2, "--protocol <MODEL>"),
+        ("--protocol sts3215 --seed 1", 2, "cannot be used with"),
+        #[cfg(unix)]
+        (
+            "--protocol sts3215 --pty --link file",
+            1,
+            "cannot serve at file: File exists",
+        ),
+    ] {
+        cli.assert_error(&format!("serve {options}"), status, message);
+    }
+    let kept = std::fs::read_to_string(cli.path("file")).expect("a file");
+    assert_eq!(kept, "a file");
+}
+
+#[test]
+fn servos_are_found_set_moved_and_recorded_with_columns_that_identify_reads() {
+    for (model, prefix, register, default) in [
+        ("sts3215", "sts", "p-coefficient", "32"),
+        ("xm430-w350", "dxl", "position_p_gain", "800"),
+    ] {
+        let served = Served::new(&["--protocol", model, "--nodes", "2"]);
+        let bus = format!("--bus {prefix}:{}", served.bus);
+        let text = |arguments: &str| served.cli.text(&format!("{arguments} {bus}"));
+        let error = |arguments: &str, status: i32, message: &str| {
+            served
+                .cli
+                .assert_error(&format!("{arguments} {bus}"), status, message);
+        };
+        let found: serde_json::Value = serde_json::from_str(&text("scan --json")).expect("JSON");
+        let expected = [1, 2].map(|id| serde_json::json!({ "id": id, "model": model }));
+        assert_eq!(found, serde_json::json!(expected));
+        let read = format!("get {register} --node 2");
+        assert!(text(&read).starts_with(default), "{}", text(&read));
+        text(&format!("set {register}=100 --node 2"));
+        assert!(text(&read).starts_with("100"));
+        error("set present_position=1", 2, "present_position is read only");
+        error(
+            "set goal_position=1048576",
+            2,
+            "goal_position is 1048576, expected -",
+        );
+        error("get goal-positon", 2, "did you mean `goal_position`?");
+        error("get goal_position --node 9", 1, "servo 9 does not answer");
+        error(
+            "monitor",
+            2,
+            "servos have the commands scan, get, set, move, stop and record",
+        );
+        let moved: serde_json::Value = serde_json::from_str(&text("move 30 --json")).expect("JSON");
+        assert!(
+            (moved["angle_deg"].as_f64().expect("a number") - 30.0).abs() < 1.0,
+            "{moved}"
+        );
+        // Too late: it stops where it is.
+        error(
+            "move -150 --within 0.1",
+            1,
+            "expected -150 deg to be reached",
+        );
+        let goal: f64 = text("get goal_position")
+            .split(' ')
+            .next()
+            .and_then(|n| n.parse().ok())
+            .expect("a number");
+        assert!(goal > 1000.0, "{goal}");
+        text("stop");
+        assert!(text("get torque_enable").starts_with('0'));
+        let recorded = served.cli.path("servo.csv").display().to_string();
+        text("move -45");
+        text("set goal_position=1000");
+        text(&format!("record --for 1 --out {recorded}"));
+        let trace = crate::Csv::parse(&served.cli.read("servo.csv"));
+        assert!(trace.rows.len() > 50, "{} rows", trace.rows.len());
+        let (angle, command) = (trace.column("angle_deg"), trace.column("command_deg"));
+        assert!(
+            command
+                .iter()
+                .all(|deg| (deg - (1000.0 - 2048.0) * 360.0 / 4096.0).abs() < 1e-9)
+        );
+        assert!(
+            angle[0] > -70.0 && angle[angle.len() - 1] < -85.0,
+            "{angle:?}"
+        );
+        let supply = trace.column("supply_mv")[0];
+        assert!(
+            supply == if prefix == "sts" { 7400.0 } else { 12_000.0 },
+            "{supply}"
+        );
+    }
+}

@@ -1,0 +1,230 @@
+//! A client of servos on a serial bus, real or simulated.
+
+mod error;
+mod line;
+mod registers;
+
+use std::io::{self, ErrorKind};
+use std::time::{Duration, Instant};
+
+use servo_bus::tables::{SCS0009, STS3215, STS3250, XL330_M288, XM430_W350, sts, x};
+use servo_bus::{Bytes, Field, Register, Table, dynamixel, feetech};
+
+use super::model::Family;
+use line::{Answered, Framed, Line, is_pause, open};
+
+pub use error::ServoError;
+pub use registers::{angle_deg, position, register, value};
+
+/// Bit rate of a bus whose name has none.
+const BIT_S: u32 = 1_000_000;
+
+/// Time for an answer: adapters deliver every 16 ms.
+const ANSWER: Duration = Duration::from_millis(60);
+
+/// The same where most IDs do not answer: a scan lasts 6 s.
+const SCAN_ANSWER: Duration = Duration::from_millis(25);
+
+/// Prefixes of the names of buses.
+const PREFIXES: [(&str, Family); 2] = [("sts:", Family::Sts), ("dxl:", Family::X)];
+
+/// A serial bus with servos.
+pub struct Client {
+    bus: String,
+    line: Box<dyn Line>,
+    framed: Framed,
+    answer: Duration,
+}
+
+/// Whether a bus of this name has servos.
+pub fn is_servo_bus(bus: &str) -> bool {
+    PREFIXES.iter().any(|(prefix, _)| bus.starts_with(prefix))
+}
+
+impl Client {
+    /// Opens `sts:PORT` or `dxl:PORT`; the port is a serial device, which may be followed by `@` and a
+    /// bit rate, or HOST:PORT of a server.
+    ///
+    /// # Errors
+    /// For a name that is not one; the error of the operating system.
+    pub fn open(bus: &str) -> Result<Self, ServoError> {
+        let name = || ServoError::Name(bus.to_owned());
+        let found = PREFIXES
+            .iter()
+            .find_map(|(prefix, family)| bus.strip_prefix(prefix).map(|port| (port, *family)));
+        let (port, family) = found.ok_or_else(name)?;
+        let (port, bit_s) = match port.rsplit_once('@') {
+            Some((port, rate)) => (port, rate.parse().map_err(|_| name())?),
+            None => (port, BIT_S),
+        };
+        let framed = match family {
+            Family::Sts => Framed::Feetech(Box::default()),
+            Family::X => Framed::Dynamixel(Box::default()),
+        };
+        let line = open(port, bit_s).map_err(|source| ServoError::Bus {
+            bus: bus.to_owned(),
+            source,
+        })?;
+        Ok(Self {
+            bus: bus.to_owned(),
+            line,
+            framed,
+            answer: ANSWER,
+        })
+    }
+
+    fn failed(&self, source: io::Error) -> ServoError {
+        ServoError::Bus {
+            bus: self.bus.clone(),
+            source,
+        }
+    }
+
+    /// The IDs that answer, with their control tables.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub fn scan(&mut self) -> Result<Vec<(u8, &'static Table)>, ServoError> {
+        let mut found = Vec::new();
+        self.answer = SCAN_ANSWER;
+        for id in 0..=252 {
+            match self.table(id) {
+                Ok(table) => found.push((id, table)),
+                Err(ServoError::NoAnswer(_)) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        self.answer = ANSWER;
+        Ok(found)
+    }
+
+    /// The control table of a servo; of a model that is not known, that of its series.
+    ///
+    /// # Errors
+    /// Without an answer; those of the bus.
+    pub fn table(&mut self, id: u8) -> Result<&'static Table, ServoError> {
+        let (tables, number): (&[&Table], Field) = match self.framed {
+            Framed::Feetech(_) => (&[&STS3215, &STS3250, &SCS0009], sts::MODEL_NUMBER),
+            Framed::Dynamixel(_) => (&[&XM430_W350, &XL330_M288], x::MODEL_NUMBER),
+        };
+        let bytes = self.read_bytes(id, number.address, 2)?;
+        let is_of = |table: &&&'static Table| {
+            let model = table.register("model_number");
+            model.is_some_and(|model| number.decode(&bytes, table.order) == model.default)
+        };
+        Ok(tables.iter().find(is_of).unwrap_or(&tables[0]))
+    }
+
+    /// Reads the bytes from an address on.
+    ///
+    /// # Errors
+    /// Without an answer, or for a refusal; those of the bus.
+    pub fn read_bytes(&mut self, id: u8, address: u16, length: u8) -> Result<Vec<u8>, ServoError> {
+        let [low, high] = address.to_le_bytes();
+        let packet = match self.framed {
+            Framed::Feetech(_) => feetech::encode(id, 2, &[low, length]),
+            Framed::Dynamixel(_) => dynamixel::encode(id, 2, &[&[low, high, length, 0]]),
+        };
+        let answered = self.exchange(id, &packet, || format!("a read of address {address}"))?;
+        // An answer that is too short is none.
+        let is_whole = answered.data.len() == usize::from(length);
+        is_whole
+            .then_some(answered.data)
+            .ok_or(ServoError::NoAnswer(id))
+    }
+
+    /// Reads a register.
+    ///
+    /// # Errors
+    /// As [`Self::read_bytes`].
+    pub fn read(&mut self, id: u8, table: &Table, field: Field) -> Result<i32, ServoError> {
+        let bytes = self.read_bytes(id, field.address, field.size)?;
+        Ok(field.decode(&bytes, table.order))
+    }
+
+    /// Writes a register; one of a Feetech's EEPROM lasts.
+    ///
+    /// # Errors
+    /// Without an answer, or for a refusal; those of the bus.
+    pub fn write(
+        &mut self,
+        id: u8,
+        table: &Table,
+        register: &Register,
+        value: i32,
+    ) -> Result<(), ServoError> {
+        let lock = table.register("lock").filter(|_| register.is_eeprom);
+        if let Some(lock) = lock {
+            self.write_field(id, table, lock, 0)?;
+        }
+        self.write_field(id, table, register, value)?;
+        // A servo with a new ID has it from now on.
+        let id = if register.name == "id" {
+            value as u8
+        } else {
+            id
+        };
+        lock.map_or(Ok(()), |lock| self.write_field(id, table, lock, 1))
+    }
+
+    fn write_field(
+        &mut self,
+        id: u8,
+        table: &Table,
+        register: &Register,
+        value: i32,
+    ) -> Result<(), ServoError> {
+        let field = register.field;
+        let encoded = field.encode(value, table.order);
+        let data = &encoded[..usize::from(field.size)];
+        let [low, high] = field.address.to_le_bytes();
+        let packet = match self.framed {
+            Framed::Feetech(_) => feetech::encode(id, 3, &[&[low], data].concat()),
+            Framed::Dynamixel(_) => dynamixel::encode(id, 3, &[&[low, high], data]),
+        };
+        // The answer to a new ID may have the new one.
+        let answers = if register.name == "id" {
+            value as u8
+        } else {
+            id
+        };
+        let what = || format!("{} = {value}", register.name);
+        match self.exchange(id, &packet, what) {
+            Err(ServoError::NoAnswer(_)) if answers != id => Ok(()),
+            other => other.map(drop),
+        }
+    }
+
+    /// Sends a packet, and waits for the answer of a servo.
+    fn exchange(
+        &mut self,
+        id: u8,
+        packet: &Bytes,
+        what: impl Fn() -> String,
+    ) -> Result<Answered, ServoError> {
+        let sent = self.line.write_all(packet).and_then(|()| self.line.flush());
+        sent.map_err(|source| self.failed(source))?;
+        let (end, mut bytes) = (Instant::now() + self.answer, [0; 256]);
+        while Instant::now() < end {
+            let length = match self.line.read(&mut bytes) {
+                Ok(0) => return Err(self.failed(ErrorKind::UnexpectedEof.into())),
+                Ok(length) => length,
+                Err(error) if is_pause(&error) => continue,
+                Err(source) => return Err(self.failed(source)),
+            };
+            for byte in &bytes[..length] {
+                if let Some(answered) = self.framed.push(*byte, id, packet) {
+                    return match answered.error & 0x7F {
+                        0 => Ok(answered),
+                        error => Err(ServoError::Refused {
+                            id,
+                            what: what(),
+                            error,
+                        }),
+                    };
+                }
+            }
+        }
+        Err(ServoError::NoAnswer(id))
+    }
+}

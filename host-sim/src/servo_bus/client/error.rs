@@ -1,0 +1,59 @@
+//! Errors of a client.
+
+use std::io;
+
+/// Why a request to a servo failed.
+#[derive(Debug, thiserror::Error)]
+pub enum ServoError {
+    /// The bus cannot be opened or used.
+    #[error("bus {bus}: {source}")]
+    Bus {
+        /// Its name.
+        bus: String,
+        /// The error of the operating system.
+        source: io::Error,
+    },
+    /// The name of a bus has an invalid bit rate.
+    #[error("bus {0}: expected sts:PORT or dxl:PORT, of which PORT may end in @ and a bit rate")]
+    Name(String),
+    /// A servo does not answer.
+    #[error("servo {0} does not answer")]
+    NoAnswer(u8),
+    /// A value that a register cannot have.
+    #[error("{name} is {value}, expected {min} to {max} {unit}")]
+    Value {
+        /// The register.
+        name: &'static str,
+        /// The value.
+        value: String,
+        /// Least value.
+        min: i32,
+        /// Greatest value.
+        max: i32,
+        /// Unit of one.
+        unit: &'static str,
+    },
+    /// A goal was not reached in time.
+    #[error("servo {id} is at {angle_deg:.1} deg, expected {goal_deg} deg to be reached")]
+    NotReached {
+        /// The servo.
+        id: u8,
+        /// Its angle, deg.
+        angle_deg: f64,
+        /// The goal, deg.
+        goal_deg: f64,
+    },
+    /// A register that only the servo writes.
+    #[error("{0} is read only")]
+    ReadOnly(&'static str),
+    /// The servo has refused.
+    #[error("servo {id} refuses {what}: error {error}")]
+    Refused {
+        /// The servo.
+        id: u8,
+        /// The request.
+        what: String,
+        /// The error number of Dynamixel's protocol.
+        error: u8,
+    },
+}

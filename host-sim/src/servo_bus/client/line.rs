@@ -1,0 +1,78 @@
+//! Bytes and packets.
+
+use std::io::{self, ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::time::Duration;
+
+use serial2::SerialPort;
+use servo_bus::{Receiver, dynamixel, feetech};
+
+/// A line: a serial port, or bytes over TCP.
+pub(super) trait Line: Read + Write {}
+
+impl<T: Read + Write> Line for T {}
+
+pub(super) enum Framed {
+    Feetech(Box<Receiver<feetech::Framing>>),
+    Dynamixel(Box<Receiver<dynamixel::Framing>>),
+}
+
+/// What a servo has answered.
+pub(super) struct Answered {
+    pub error: u8,
+    pub data: Vec<u8>,
+}
+
+impl Framed {
+    /// A byte from the line; the answer that it completes. Adapters with one wire also return what
+    /// was sent.
+    pub fn push(&mut self, byte: u8, id: u8, sent: &[u8]) -> Option<Answered> {
+        match self {
+            Self::Feetech(receiver) => {
+                receiver.push(byte);
+                let bytes = receiver.next_packet().filter(|bytes| *bytes != sent)?;
+                let packet = feetech::Packet::try_new(bytes).filter(|packet| packet.id() == id)?;
+                // Its status is a state of the servo, not a refusal.
+                Some(Answered {
+                    error: 0,
+                    data: packet.parameters().to_vec(),
+                })
+            }
+            Self::Dynamixel(receiver) => {
+                receiver.push(byte);
+                let packet = dynamixel::Packet::try_new(receiver.next_packet()?)?;
+                match &*packet.body() {
+                    [0x55, error, data @ ..] if packet.id() == id => Some(Answered {
+                        error: *error,
+                        data: data.to_vec(),
+                    }),
+                    _ => None,
+                }
+            }
+        }
+    }
+}
+
+pub(super) fn is_pause(error: &io::Error) -> bool {
+    matches!(
+        error.kind(),
+        ErrorKind::WouldBlock | ErrorKind::TimedOut | ErrorKind::Interrupted
+    )
+}
+
+pub(super) fn open(port: &str, bit_s: u32) -> io::Result<Box<dyn Line>> {
+    let is_address = port
+        .rsplit_once(':')
+        .is_some_and(|(_, port)| port.parse::<u16>().is_ok());
+    // Short, as the time for an answer is looked at between two reads.
+    let timeout = Duration::from_millis(10);
+    if is_address {
+        let stream = TcpStream::connect(port)?;
+        stream.set_nodelay(true)?;
+        stream.set_read_timeout(Some(timeout))?;
+        return Ok(Box::new(stream));
+    }
+    let mut line = SerialPort::open(port, bit_s)?;
+    line.set_read_timeout(timeout)?;
+    Ok(Box::new(line))
+}

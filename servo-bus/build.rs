@@ -1,0 +1,137 @@
+//! Rust of the control tables in `tables/`.
+
+use std::fmt::Write as _;
+use std::{env, fs, path::Path};
+
+/// A file: the module of its registers, the order of the bytes of a value, and its models.
+struct File {
+    module: &'static str,
+    order: &'static str,
+    models: &'static [Model],
+}
+
+/// A model and its indirect registers: first address of the addresses, of the data, number.
+struct Model {
+    name: &'static str,
+    indirect: &'static str,
+}
+
+const FILES: [File; 3] = [
+    File {
+        module: "sts",
+        order: "Little",
+        models: &[model("sts3215", ""), model("sts3250", "")],
+    },
+    File {
+        module: "scs",
+        order: "Big",
+        models: &[model("scs0009", "")],
+    },
+    File {
+        module: "x",
+        order: "Little",
+        models: &[
+            model("xl330-m288", "(168, 208, 20)"),
+            model("xm430-w350", "(168, 224, 28), (578, 634, 28)"),
+        ],
+    },
+];
+
+const fn model(name: &'static str, indirect: &'static str) -> Model {
+    Model { name, indirect }
+}
+
+fn main() {
+    let mut rust = String::new();
+    for File {
+        module,
+        order,
+        models,
+    } in FILES
+    {
+        let path = format!("tables/{module}.csv");
+        println!("cargo::rerun-if-changed={path}");
+        let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path}: {error}"));
+        let rows: Vec<Vec<&str>> = text
+            .lines()
+            .skip(1)
+            .map(|l| l.split(',').collect())
+            .collect();
+        for (row, line) in rows.iter().zip(2..) {
+            assert_eq!(row.len(), 12, "{path}:{line}: expected 12 fields");
+        }
+        write_fields(&mut rust, module, &rows);
+        for model in models {
+            write_table(&mut rust, &rows, model, order);
+        }
+    }
+    let out = env::var("OUT_DIR").expect("set by cargo");
+    fs::write(Path::new(&out).join("tables.rs"), rust).expect("writable");
+}
+
+/// The constants of a family; rows that models have of their own agree in all but the values.
+fn write_fields(rust: &mut String, module: &str, rows: &[Vec<&str>]) {
+    let _ = writeln!(
+        rust,
+        "/// Registers of `tables/{module}.csv`.\npub mod {module} {{"
+    );
+    let _ = writeln!(rust, "use super::super::table::{{Field, Sign}};");
+    let mut names = Vec::new();
+    for row in rows {
+        let name = row[3].to_uppercase();
+        if !names.contains(&name) {
+            let _ = writeln!(
+                rust,
+                "/// `{}`\npub const {name}: Field = {};",
+                row[3],
+                field(row)
+            );
+            names.push(name);
+        }
+    }
+    let _ = writeln!(rust, "}}");
+}
+
+fn field(row: &[&str]) -> String {
+    let sign = match row[6] {
+        "" => "Sign::None".to_owned(),
+        "two" => "Sign::Two".to_owned(),
+        bit => format!("Sign::Bit({bit})"),
+    };
+    format!(
+        "Field {{ address: {}, size: {}, sign: {sign} }}",
+        row[1], row[2]
+    )
+}
+
+fn write_table(rust: &mut String, rows: &[Vec<&str>], model: &Model, order: &str) {
+    let &Model {
+        name: model,
+        indirect,
+    } = model;
+    let name = model.replace('-', "_").to_uppercase();
+    let _ = writeln!(
+        rust,
+        "/// Control table of the model `{model}`.\npub static {name}: Table = Table {{ \
+         name: \"{model}\", order: Order::{order}, indirect: &[{indirect}], registers: &["
+    );
+    for row in rows
+        .iter()
+        .filter(|row| row[0].is_empty() || row[0] == model)
+    {
+        let _ = writeln!(
+            rust,
+            "Register {{ name: \"{}\", field: {}, is_writable: {}, is_eeprom: {}, min: {}, max: {}, \
+             default: {}, unit: \"{}\" }},",
+            row[3],
+            field(row),
+            row[4] == "rw",
+            row[5] == "eeprom",
+            row[7],
+            row[8],
+            row[9],
+            row[10]
+        );
+    }
+    let _ = writeln!(rust, "] }};");
+}

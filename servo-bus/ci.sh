@@ -1,0 +1,15 @@
+#!/usr/bin/env bash
+# Tests that need Python and are therefore not part of `cargo test`: the makers' libraries and
+# rustypot as clients of simulated servos on a pseudo-terminal. Installs its packages in target/.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+venv=$PWD/target/servo-venv
+[ -x "$venv/bin/pip" ] || python3 -m venv "$venv"
+"$venv/bin/python" -c 'import scservo_sdk, dynamixel_sdk, rustypot' 2>/dev/null ||
+    "$venv/bin/pip" install --quiet --disable-pip-version-check \
+        feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 rustypot==1.13.1 pyserial==3.5
+
+bash .ci/programs
+printf '\n-- Servo buses: feetech-servo-sdk, dynamixel-sdk, rustypot\n'
+"$venv/bin/python" servo-bus/tests/clients/clients.py target/debug/actuator
