@@ -9,6 +9,7 @@
 mod ardupilot;
 mod bam;
 mod effects;
+mod error;
 mod gazebo;
 mod isaaclab;
 mod joint;
@@ -28,12 +29,12 @@ use std::sync::Arc;
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::excitation::catalogue::Input;
 use model_core::named::Named;
-use model_core::parameter::ParameterError;
 
 pub use effects::Effect;
+pub use error::ExportError;
 
 use crate::model::Model;
-use crate::problem::IdentifyError;
+use error::{LONGEST_S, SHORTEST_S};
 use response::{Response, steady, value};
 
 /// All targets.
@@ -147,45 +148,6 @@ pub struct Export {
     pub lost: Vec<&'static str>,
 }
 
-/// Why a model cannot be exported.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum ExportError {
-    /// The model cannot be simulated.
-    #[error("the model cannot be simulated: {0}")]
-    Model(#[from] ParameterError),
-    /// The law cannot be fitted.
-    #[error("{target} cannot be fitted to the response of the model: {error}")]
-    Fit {
-        /// The target.
-        target: &'static str,
-        /// The reason.
-        error: IdentifyError,
-    },
-    /// The period is not one of a simulation.
-    #[error("the period is {0} s, expected {SHORTEST_S} to {LONGEST_S} s")]
-    Step(f64),
-    /// The best approximation is no approximation.
-    #[error(
-        "{target} cannot represent this model: its best approximation is {error_deg:.3} deg rms \
-         from a response with a standard deviation of {spread_deg:.3} deg to the input {input}, \
-         expected at most half of that"
-    )]
-    Unlike {
-        /// The target.
-        target: &'static str,
-        /// Its error, deg rms.
-        error_deg: f64,
-        /// The standard deviation of the response, deg.
-        spread_deg: f64,
-        /// The validation input.
-        input: &'static str,
-    },
-}
-
-/// The range of the period of a simulation, s.
-const SHORTEST_S: f64 = 1e-4;
-const LONGEST_S: f64 = 0.05;
-
 /// The target of this name.
 pub fn named(name: &str) -> Option<&'static dyn Target> {
     TARGETS.into_iter().find(|target| target.name() == name)
@@ -263,7 +225,7 @@ pub fn export(
 fn comment(settings: &Settings, target: &dyn Target, error: String, lost: &[&str]) -> Vec<String> {
     let mut lines = vec![
         format!(
-            "{} of {}, by actuator {}.",
+            "{}: {}, by actuator {}.",
             target.summary(),
             settings.model.name(),
             env!("CARGO_PKG_VERSION"),
