@@ -95,13 +95,18 @@ impl Oracle {
         self.before = Some(*outputs);
     }
 
-    /// The motor is driven in the states that drive it, and never before a frame that commands one.
+    /// The motor is driven in the states that drive it, and never before a frame that commands one;
+    /// in a fault and after a reset only against its back-EMF.
     fn check_power(&mut self, outputs: &Outputs) {
-        if matches!(outputs.bridge, Bridge::Driven(_)) {
-            self.summary.driven += 1;
-            assert!(outputs.state.is_driving(), "driven in {:?}", outputs.state);
-            assert!(self.may_drive, "driven without a command");
-        }
+        let Bridge::Driven(compare) = outputs.bridge else {
+            return;
+        };
+        self.summary.driven += 1;
+        assert!(self.may_drive, "driven without a command");
+        let brakes = matches!(outputs.state, BoardState::Fault | BoardState::Initialising);
+        let opposes = (compare.get() > 0) == (outputs.telemetry.back_emf_mv < 0);
+        let is_allowed = outputs.state.is_driving() || brakes && opposes;
+        assert!(is_allowed, "driven in {:?}", outputs.state);
     }
 
     /// No state that drives the motor follows a fault, or the start, in one control period.
