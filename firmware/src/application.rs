@@ -2,7 +2,7 @@
 //!
 //! | from | to | when |
 //! |---|---|---|
-//! | initialising | disabled | encoder, current, supply and temperature were measured, and the shaft does not turn |
+//! | initialising | disabled | encoder, current, supply and temperature were measured, and the shaft does not turn, or a second has passed |
 //! | initialising | fault | they were not within 200 ms; or the watchdog caused the reset; or the stored parameters are corrupt |
 //! | disabled | enabled | [`Request::Enable`], and no fault is present |
 //! | enabled | disabled | [`Request::Disable`] |
@@ -54,6 +54,11 @@ use crate::{
 /// Control periods within which all quantities must be measured after a reset: the AS5045 takes up
 /// to 80 ms to its first angle (data sheet, power-up time).
 const INITIALISING_PERIODS: u32 = periods(200) as u32;
+
+/// Control periods after which the encoder's rate is that of the shaft, and after which the board no
+/// longer waits for it to rest.
+const ENCODER_SETTLED_PERIODS: u32 = periods(40) as u32;
+const AT_REST_PERIODS: u32 = periods(1000) as u32;
 
 /// After these faults the position is unknown: the next valid count may be a turn away.
 const POSITION_LOST: FaultSet =
@@ -192,10 +197,11 @@ impl Application {
         self.setpoints.selected()
     }
 
-    /// Whether the motor is not driven, or holds the shaft at the end of a quick stop.
+    /// Whether the motor is not driven, or a quick stop has brought the shaft to rest or has lasted
+    /// its time.
     pub(crate) fn has_stopped(&self, settings: &StopSettings) -> bool {
         match self.state {
-            BoardState::QuickStop => self.stopping.is_over(settings),
+            BoardState::QuickStop => self.stopping.is_late(settings),
             state => !state.is_driving(),
         }
     }
@@ -286,19 +292,32 @@ impl Application {
         self.outputs.telemetry.present = present;
         match self.state {
             BoardState::Initialising => {
-                let turns = (measured.back_emf_mv).is_some_and(|mv| !back_emf_brake::stands(mv));
+                let turns = self.turns_at_start(measured);
                 self.initialise(parameters, present, turns);
             }
             _ => self.react(parameters, present),
         }
     }
 
+    /// Whether the shaft turns when the board starts: by the back-EMF, which may have an offset, and
+    /// after 40 ms by the encoder; for a second at most.
+    fn turns_at_start(&self, measured: &Measured) -> bool {
+        let tick = self.outputs.telemetry.tick;
+        let moves = (measured.back_emf_mv).is_some_and(|mv| !back_emf_brake::stands(mv));
+        let encoder_moves = measured.count.is_none() || !stopping::stands(self.control.rate());
+        let is_first = tick < ENCODER_SETTLED_PERIODS;
+        moves && (is_first || encoder_moves) && tick < AT_REST_PERIODS
+    }
+
     /// Ends the initialisation when everything is measured and the shaft does not turn, or a fault
     /// of the start is to be latched.
     fn initialise(&mut self, parameters: &BoardParameters, present: FaultSet, turns: bool) {
+        let urgent = present.and(ALWAYS);
         let is_measured = self.control.shaft().is_known() && self.protection.is_complete();
         let is_early = self.outputs.telemetry.tick < INITIALISING_PERIODS;
-        let is_waiting = if is_measured {
+        let is_waiting = if !urgent.is_empty() {
+            false
+        } else if is_measured {
             turns && self.start.is_empty()
         } else {
             is_early
@@ -306,8 +325,8 @@ impl Application {
         if is_waiting {
             return;
         }
-        let mut faults = self.start;
-        if !is_measured {
+        let mut faults = self.start.or(urgent);
+        if !is_measured && urgent.is_empty() {
             faults = faults.or(present);
             faults.put(Fault::EncoderInvalid, !self.control.shaft().is_known());
             faults.put(Fault::MeasurementLost, !self.protection.is_complete());
@@ -372,15 +391,14 @@ impl Application {
         match self.state {
             BoardState::FaultReaction if self.back_emf_stop.is_some() => {
                 self.stop_without_encoder(parameters, measured.back_emf_mv);
-                self.oppose_back_emf(settings, measured.back_emf_mv);
+                self.oppose_back_emf(settings, measured);
             }
             BoardState::QuickStop | BoardState::FaultReaction => {
                 self.decelerate(parameters, is_valid)
             }
             BoardState::Enabled if is_valid => {
-                if let Some(back_emf_mv) = measured.back_emf_mv {
-                    self.back_emf_brake
-                        .observe(self.last_step.duty, back_emf_mv);
+                if let Some((current, back_emf_mv)) = measured.current.zip(measured.back_emf_mv) {
+                    self.back_emf_brake.observe(current, back_emf_mv);
                 }
                 let step = self.control.regulate(&parameters.control, setpoint);
                 self.apply(step);
@@ -390,10 +408,12 @@ impl Application {
         if !self.state.is_driving() {
             self.control.release();
             self.back_emf_stop = None;
-            self.last_step = CascadeStep::default();
-            self.compare = PwmCompare::default();
-            if self.brakes(parameters) {
-                self.oppose_back_emf(settings, measured.back_emf_mv);
+            match self.brakes(parameters) {
+                true => self.oppose_back_emf(settings, measured),
+                false => {
+                    self.last_step = CascadeStep::default();
+                    self.compare = PwmCompare::default();
+                }
             }
         }
     }
@@ -410,8 +430,16 @@ impl Application {
 
     /// A duty that opposes the back-EMF. Where it is not measured the duty is zero, which shorts the
     /// motor.
-    fn oppose_back_emf(&mut self, settings: Settings<'_>, back_emf_mv: Option<i32>) {
+    fn oppose_back_emf(&mut self, settings: Settings<'_>, measured: &Measured) {
         let p = settings.board;
+        let back_emf_mv = measured.back_emf_mv;
+        if let Some((current, back_emf_mv)) = measured.current.zip(back_emf_mv)
+            && measured.count.is_some()
+        {
+            let expected_ma = current.stall_ma - settings.motor.ripple.of_back_emf_ma(back_emf_mv);
+            let (duty, rate) = (self.last_step.duty, self.control.rate());
+            (self.back_emf_brake).verify(duty, rate, current, expected_ma);
+        }
         let voltages = (back_emf_mv.unwrap_or(0), self.outputs.telemetry.supply_mv);
         let duty = (self.back_emf_brake).opposing(&p.current, &settings.motor.ripple, voltages);
         self.apply(CascadeStep {

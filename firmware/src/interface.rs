@@ -103,7 +103,8 @@ pub enum BusState {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 #[repr(u8)]
 pub enum BoardState {
-    /// Measurements have not settled yet, the bridge is off (not ready to switch on).
+    /// Measurements have not settled yet, or the shaft has not come to rest; the motor brakes (not
+    /// ready to switch on).
     #[default]
     Initialising = 0,
     /// The bridge is off (switch on disabled).
@@ -114,12 +115,12 @@ pub enum BoardState {
     QuickStop = 3,
     /// The shaft is decelerated because of a fault (fault reaction active).
     FaultReaction = 4,
-    /// The bridge is off because of a fault (fault).
+    /// The motor brakes or coasts because of a fault (fault).
     Fault = 5,
 }
 
 impl BoardState {
-    /// Whether the bridge is driven.
+    /// Whether the loop is closed, or the shaft is decelerated to rest.
     pub const fn is_driving(self) -> bool {
         matches!(self, Self::Enabled | Self::QuickStop | Self::FaultReaction)
     }

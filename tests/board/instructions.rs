@@ -228,7 +228,7 @@ const MODES: [u8; 4] = [1, 3, 8, 9];
 
 /// Instructions of the loop in a control period in which a mode decelerates: the velocity from
 /// which the axis still stops at a target or before a limit takes a root and divisions of 64 bits.
-const WITH_A_STOP: u64 = 8_600;
+const WITH_A_STOP: u64 = 8_700;
 
 /// Each mode of operation for a second: set-points to and fro, velocities into both position
 /// limits, and changes of mode while the shaft turns.

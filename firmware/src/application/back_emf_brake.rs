@@ -10,20 +10,25 @@
 //! so the torque is `1 + k = 5` times that of the shorted motor. A shaft that turns decelerates with
 //! the mechanical time constant over `1 + k`, 0.132 s/5 = 26 ms, and a load lowers at a fifth of the
 //! rate: 0.8 N m at 53 deg/s, where it turns the shorted motor at 265 deg/s. The duty is in force
-//! from 1 to 5 ms after the back-EMF was measured: on average 3 ms, a phase of 4 3/132 rad at the
+//! from 1 to 5 ms after the back-EMF was measured: on average 3 ms, a phase of 4 x 3/132 rad at the
 //! crossover.
 //!
 //! The duty stays below [`GREATEST_PCT`]: the winding's current, L/R = 0.13 ms, then decays to that
 //! of the shorted motor before the window in which the back-EMF is measured, where a larger one
 //! would hide it.
 //!
-//! With dividers that are exchanged the back-EMF has the wrong sign, and the brake accelerates the
-//! shaft. Until the motor has been driven and its back-EMF had the sign of the duty, the motor is
-//! shorted instead.
+//! The brake trusts the back-EMF, and would drive the shaft with one that is wrong. Until its sign
+//! was that of `duty V - i R`, by the measured current, in periods with enough of both, the motor is
+//! shorted instead: exchanged dividers. It is shorted too once the encoder shows a motion in the
+//! direction of the duty while less than half of the expected current flows, for 20 ms: a leg whose
+//! voltage is wrong.
 
-use model_core::control::units::Percent;
+use model_core::control::units::{Percent, Rate};
 
-use crate::{measure::Ripple, parameters::CurrentLimits};
+use crate::{
+    measure::{PeriodCurrent, Ripple},
+    parameters::CurrentLimits,
+};
 
 /// `k`.
 const OPPOSING: i32 = 4;
@@ -38,8 +43,16 @@ const STANDING_MV: i32 = 100;
 /// The sign of the back-EMF counts from here: 40 deg/s.
 const COUNTED_MV: i32 = 800;
 
-/// Control periods, 12 ms, in which the sign of the back-EMF was that of the duty.
+/// Likewise of `duty V - i R` over the resistance, beyond a third of the current, by which the
+/// resistance may be wrong.
+const COUNTED_MA: i32 = 100;
+
+/// Control periods, 12 ms, after which the sign is known.
 const KNOWN: i8 = 3;
+
+/// A motion against the brake counts from this rate on, for 20 ms.
+const CONTRADICTING: Rate = Rate::from_int(10);
+const CONTRADICTED: u8 = 5;
 
 /// Whether the shaft stands, by its back-EMF.
 pub(super) const fn stands(back_emf_mv: i32) -> bool {
@@ -54,21 +67,41 @@ pub(super) fn duty_of(mean_mv: i32, supply_mv: i32) -> Percent {
     Percent::from_bits(i64::from(steps.max(-full).min(full)) << 24)
 }
 
-/// What is known of the back-EMF's sign.
+/// What is known of the back-EMF.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct BackEmfBrake {
-    /// Periods with the sign of the duty less those with the other one, until they are
-    /// [`KNOWN`] more or less. A motor is driven before it is decelerated.
+    /// Periods in which its sign was right, less those in which it was wrong, up to [`KNOWN`].
     agreed: i8,
+    /// Periods in which the shaft turned with the duty of the brake.
+    contradicted: u8,
 }
 
 impl BackEmfBrake {
-    /// Takes the back-EMF of a motor that is driven with this duty.
-    pub fn observe(&mut self, duty: Percent, back_emf_mv: i32) {
-        let counts = duty != Percent::ZERO && back_emf_mv.abs() >= COUNTED_MV;
-        if counts && self.agreed.abs() < KNOWN {
-            let agrees = (duty > Percent::ZERO) == (back_emf_mv > 0);
-            self.agreed += if agrees { 1 } else { -1 };
+    /// Takes the back-EMF and the current of a motor that is driven.
+    pub fn observe(&mut self, current: PeriodCurrent, back_emf_mv: i32) {
+        let expected_ma = current.stall_ma - current.mean_ma;
+        let counts = back_emf_mv.abs() >= COUNTED_MV
+            && expected_ma.abs() >= COUNTED_MA + current.mean_ma.abs() / 3;
+        if counts {
+            let agrees = (expected_ma > 0) == (back_emf_mv > 0);
+            let agreed = self.agreed + if agrees { 1 } else { -1 };
+            self.agreed = agreed.max(-KNOWN).min(KNOWN);
+        }
+    }
+
+    /// Takes what the brake has caused: the duty, the encoder's rate and the current, over which
+    /// `expected_ma` is that of this duty and back-EMF.
+    pub fn verify(&mut self, duty: Percent, rate: Rate, current: PeriodCurrent, expected_ma: i32) {
+        let turns_on = duty > Percent::ZERO && rate > CONTRADICTING
+            || duty < Percent::ZERO && rate < -CONTRADICTING;
+        let contradicts = turns_on && 2 * current.mean_ma.abs() < expected_ma.abs();
+        self.contradicted = if contradicts {
+            self.contradicted + 1
+        } else {
+            0
+        };
+        if self.contradicted >= CONTRADICTED {
+            *self = Self::default();
         }
     }
 
@@ -101,14 +134,48 @@ mod tests {
     fn duty(sign: i32, (back_emf_mv, supply_mv): (i32, i32)) -> Percent {
         let mut brake = BackEmfBrake::default();
         for _ in 0..3 {
-            brake.observe(percent(30.0), 800 * sign);
+            brake.observe(current(500, 300), 800 * sign);
         }
-        // What comes later does not count: a motor that is decelerated.
+        // Neither a small back-EMF nor a current that leaves it open counts.
         for _ in 0..10 {
-            brake.observe(percent(-30.0), 800 * sign);
+            brake.observe(current(-500, -300), 799 * sign);
+            brake.observe(current(-500, -900), 800 * sign);
         }
         let voltages = (back_emf_mv, supply_mv);
         brake.opposing(&CurrentLimits::DEFAULT, &Ripple::of(7.7, 1e-3), voltages)
+    }
+
+    fn current(stall_ma: i32, mean_ma: i32) -> PeriodCurrent {
+        PeriodCurrent {
+            mean_ma,
+            stall_ma,
+            square_ma2: 0,
+        }
+    }
+
+    #[test]
+    fn a_brake_that_turns_the_shaft_without_its_current_shorts_the_motor() {
+        let known = BackEmfBrake {
+            agreed: KNOWN,
+            contradicted: 0,
+        };
+        let after = |rate_deg_s, mean_ma, periods| {
+            let mut brake = known;
+            for _ in 0..periods {
+                let rate = Rate::from_int(rate_deg_s);
+                brake.verify(percent(-75.0), rate, current(-580, mean_ma), -960);
+            }
+            brake.opposing(
+                &CurrentLimits::DEFAULT,
+                &Ripple::of(7.7, 1e-3),
+                (2900, 6000),
+            )
+        };
+        assert_eq!(after(-50, -300, 4), percent(-75.0));
+        assert_eq!(after(-50, -300, 5), Percent::ZERO);
+        // A load that is braked, and an encoder that drifts.
+        assert_eq!(after(50, -300, 100), percent(-75.0));
+        assert_eq!(after(-50, -700, 100), percent(-75.0));
     }
 
     #[test]

@@ -14,7 +14,8 @@ use crate::{parameters::StopSettings, timing::rate_per_period};
 /// The shaft stands below this rate: a quarter of one encoder count in 4 ms.
 const STANDING: Rate = Rate::from_int(5);
 
-fn stands(rate: Rate) -> bool {
+/// Whether the shaft stands, by this rate.
+pub(super) fn stands(rate: Rate) -> bool {
     rate < STANDING && rate > -STANDING
 }
 

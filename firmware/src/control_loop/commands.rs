@@ -10,7 +10,7 @@ use crate::{
     command::excitation::{Run, Sample},
     interface::CommandSource,
 };
-use canopen::cia402::Mode;
+use canopen::cia402::{self, Mode};
 
 /// Queued commands.
 const QUEUE: usize = 16;
@@ -151,17 +151,28 @@ impl Commands {
 
     /// Replaces the command; the loop has taken that of the number `taken`. A change of the control
     /// bits is queued; so is one of the mode, and one behind an edge that was not taken yet, unless
-    /// it `joins`: it stands in the same frame as that edge. Returns false, without effect, if the
-    /// queue is full.
+    /// it `joins`: it stands in the same frame as that edge. In a full queue a quick stop and disable
+    /// voltage replace what was not taken yet. Returns false, without effect, if the queue is full.
     #[must_use]
     pub fn set(&mut self, command: &Command, joins: bool, taken: u32) -> bool {
+        let is_full = self.newest.wrapping_sub(taken) >= QUEUE as u32 - 1;
+        if is_full && ends_motion(command.control) {
+            // The loop takes one in each control period, or reads again the one that it has.
+            for number in 0..self.newest.wrapping_sub(taken).min(QUEUE as u32) {
+                let slot = self.newest.wrapping_sub(number) as usize % QUEUE;
+                if let Some(queued) = self.queue.get_mut(slot) {
+                    *queued = *command;
+                }
+            }
+            return true;
+        }
         let before = self.newest();
         let is_edge =
             |from: &Command, to: &Command| (from.control, from.mode) != (to.control, to.mode);
         let waits = self.newest != taken && is_edge(self.at(self.newest.wrapping_sub(1)), before);
         let is_apart = command != before && (waits || command.mode != before.mode);
         if command.control != before.control || (is_apart && !joins) {
-            if self.newest.wrapping_sub(taken) >= QUEUE as u32 - 1 {
+            if is_full {
                 return false;
             }
             self.newest = self.newest.wrapping_add(1);
@@ -191,6 +202,14 @@ impl Commands {
             ..Self::DEFAULT
         };
     }
+}
+
+/// Whether a controlword stops the shaft or removes the power, whatever was requested before.
+fn ends_motion(control: u16) -> bool {
+    matches!(
+        cia402::Command::from_controlword(control),
+        cia402::Command::QuickStop | cia402::Command::DisableVoltage
+    )
 }
 
 /// The mailbox of excitations.
@@ -246,23 +265,42 @@ mod tests {
         change(commands, taken, false, |command| command.control = control)
     }
 
+    /// Controlwords that differ, and neither stop nor remove the power.
+    fn word(number: u32) -> u16 {
+        0x06 | (number as u16) << 8
+    }
+
+    #[test]
+    fn a_stop_replaces_what_was_not_taken_yet_of_a_full_queue() {
+        for off in [0x00, 0x02, 0x0B] {
+            let mut commands = Commands::DEFAULT;
+            let mut last = 0;
+            while control(&mut commands, last.min(3), word(last + 1)) {
+                last += 1;
+            }
+            assert!(control(&mut commands, 3, off));
+            assert!((4..=commands.number()).all(|number| commands.at(number).control == off));
+            assert_eq!(commands.at(3).control, word(3));
+        }
+    }
+
     #[test]
     fn no_change_of_the_control_bits_is_lost_until_the_queue_is_full() {
         let mut commands = Commands::DEFAULT;
         let mut accepted = 0;
-        while control(&mut commands, 0, accepted as u16 + 1) {
+        while control(&mut commands, 0, word(accepted + 1)) {
             accepted += 1;
         }
         assert_eq!(accepted, QUEUE as u32 - 1);
-        for number in 0..=accepted {
-            assert_eq!(commands.at(number).control, number as u16);
+        for number in 1..=accepted {
+            assert_eq!(commands.at(number).control, word(number));
         }
         // Neither a mode nor a target joins the last edge of a full queue.
         assert!(!change(&mut commands, 0, false, |command| command.mode = Mode::None));
         assert!(!change(&mut commands, 0, false, |command| command.set_position(1)));
         // Once the loop has taken one there is room for one.
-        assert!(control(&mut commands, 1, 100));
-        assert!(!control(&mut commands, 1, 101));
+        assert!(control(&mut commands, 1, word(100)));
+        assert!(!control(&mut commands, 1, word(101)));
     }
 
     #[test]

@@ -373,8 +373,12 @@ impl Client {
     ) -> Result<T, E> {
         let own_node = self.link.begin().map_err(ClientError::from)?;
         let monitored = u32::from(own_node) << 16 | TIMEOUT_MS;
-        self.write(MONITORED, "0")?;
-        self.write(MONITORED, &monitored.to_string())?;
+        let begun = (self.write(MONITORED, "0"))
+            .and_then(|()| self.write(MONITORED, &monitored.to_string()));
+        if let Err(error) = begun {
+            self.link.end();
+            return Err(error.into());
+        }
         self.interrupt = Some(interrupt);
         let mut result = motion(self);
         if result.is_ok() && self.link.is_shared() {

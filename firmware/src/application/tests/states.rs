@@ -135,7 +135,9 @@ fn after_a_reset_in_motion_the_board_initialises_until_the_shaft_rests() {
         motor.turn(&outputs);
     }
     assert_eq!(board.state(), BoardState::Disabled);
-    assert!(motor.plant.at(20).rate_deg_s < 5.0);
+    // A count a period is 22 deg/s: the estimate of half of that falls below 5 deg/s in between.
+    let rate_deg_s = motor.plant.at(20).rate_deg_s;
+    assert!(rate_deg_s < 11.0, "{rate_deg_s} deg/s");
 }
 
 #[test]
