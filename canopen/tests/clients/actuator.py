@@ -231,6 +231,30 @@ class Drive(DriveTests, Served):
         self.node.reset_from_fault()
         self.wait_for(lambda: not self.node.emcy.active, "error reset")
 
+    def test_a_mode_is_changed_while_enabled_by_sdo_or_with_the_controlword_of_rpdo_2(self):
+        def change(mode):
+            self.node.op_mode = mode
+            self.wait_for(lambda: self.node.op_mode == mode, f"the mode {mode}")
+            # Longer than the stop that a controlword of 0 would start, and the period of TPDO 3.
+            time.sleep(0.2)
+            return self.node.state
+
+        # The client sends controlwords by RPDO 1, and modes by RPDO 2 with a controlword of its own, at first 0.
+        self.enable("PROFILED POSITION")
+        self.assertEqual(change("PROFILED VELOCITY"), "SWITCH ON DISABLED")
+        self.enable("PROFILED VELOCITY")
+        self.node.rpdo[2]["Controlword"].raw = 0x0F
+        self.assertEqual(change("CYCLIC SYNCHRONOUS POSITION"), "OPERATION ENABLED")
+        del self.node.rpdo_pointers[0x6060]
+        self.assertEqual(change("PROFILED POSITION"), "OPERATION ENABLED")
+
+    def test_homing_is_refused_by_the_client_and_the_drive_remains_enabled(self):
+        self.enable("PROFILED POSITION")
+        for act in (self.node.homing, self.node.is_homed):
+            with self.assertRaisesRegex(TypeError, "HOMING"):
+                act()
+        self.assertEqual((self.node.state, self.node.op_mode), ("OPERATION ENABLED", "PROFILED POSITION"))
+
     def test_velocities_are_reached(self):
         self.node.sdo["Software position limit"]["Max position limit"].raw = 150_000
         self.enable("PROFILED VELOCITY")

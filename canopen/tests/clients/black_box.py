@@ -106,6 +106,26 @@ class Network(Bench):
             self.expect_frame(0x701, [0])
             self.assertEqual(self.sdo.upload(0x1017, 0), bytes(2))
 
+    def test_every_sync_is_answered_while_emergencies_are_sent(self):
+        """A SYNC right behind each reply, so that many an EMCY and a reply are due in the same communication cycle."""
+        defaults = [(0x1029, 1, self.sdo.upload(0x1029, 1)), (0x1800, 5, self.sdo.upload(0x1800, 5)), (0x1800, 2, self.sdo.upload(0x1800, 2))]
+        # The state is kept without a heartbeat; TPDO 1 is sent with each SYNC.
+        for (index, sub, old), value in zip(defaults, (1, 0, 1)):
+            self.sdo.download(index, sub, value.to_bytes(len(old), "little"))
+        self.wire.send(0, [1, self.node])
+        for _ in range(20):
+            self.sdo.download(0x1016, 1, bytes(4))
+            self.sdo.download(0x1016, 1, struct.pack("<I", 100 << 16 | 20))
+            self.wire.send(0x700 + 100, b"\x05")
+            emergencies = []
+            while not emergencies:
+                self.wire.send(0x80)
+                self.wire.receive(lambda frame: frame.identifier == 0x81 and emergencies.append(frame) or frame.identifier == 0x181,
+                                  self.sdo.timeout)
+        self.wire.send(0, [128, self.node])
+        for index, sub, value in [(0x1016, 1, bytes(4)), *defaults]:
+            self.sdo.download(index, sub, value)
+
     def test_restricted_identifiers_and_reserved_types_are_refused(self):
         word = lambda value: struct.pack("<I", value)
         restricted = [

@@ -16,7 +16,7 @@ from wire import boards
 
 PROGRAM, SHEET, ELF = sys.argv.pop(1), sys.argv.pop(1), boards(sys.argv)
 
-CYCLE_S, SYNC_S = 0.06, 0.01
+SYNC_S, SYNCS_OF_A_CYCLE = 0.01, 6
 HALT, FAULT_RESET = 1 << 8, 1 << 7
 NO_MODE, HOMING, CYCLIC_POSITION = 0, 6, 8
 # State: mask and value of the statusword, and the command that leads to "operation enabled".
@@ -54,11 +54,27 @@ class Driver(Bench):
         # Of its defaults only those that are mapped above.
         node.tpdo[3].enabled = False
         node.tpdo[3].save()
-        self.word, self.mode, self.target = 0, NO_MODE, None
+        self.word, self.target, self.replies = 0, None, 0
+        node.tpdo[2].add_callback(self.count)
         node.nmt.state = "OPERATIONAL"
-        self.network.sync.start(SYNC_S)
-        self.addCleanup(self.network.sync.stop)
-        self.cycle()
+        # While the serial line is closed no node acknowledges the boot-up of a board, which reports this.
+        self.wait_for(lambda: self.state_after_sync() and not node.emcy.active, "no bus error")
+        node.emcy.reset()
+
+    def count(self, _):
+        self.replies += 1
+
+    def sync(self):
+        """A SYNC every 10 ms; less often if the emulation is slower than real time."""
+        end, before = time.monotonic() + SYNC_S, self.replies
+        self.network.sync.transmit()
+        while self.replies == before and time.monotonic() < end + 1:
+            time.sleep(0.001)
+        time.sleep(max(0, end - time.monotonic()))
+
+    def state_after_sync(self):
+        self.sync()
+        return self.state()
 
     def cycle(self):
         """The driver's cycle: HALT is set unless the mode has a target."""
@@ -68,7 +84,8 @@ class Driver(Bench):
             self.node.rpdo[2].transmit()
         self.node.rpdo[1]["Controlword"].raw = self.word if runs else self.word | HALT
         self.node.rpdo[1].transmit()
-        time.sleep(CYCLE_S)
+        for _ in range(SYNCS_OF_A_CYCLE):
+            self.sync()
 
     def state(self):
         word = self.node.tpdo[1]["Statusword"].raw
@@ -91,7 +108,7 @@ class Driver(Bench):
         end = time.monotonic() + self.timeout
         while self.node.tpdo[1]["Modes of operation display"].raw != mode:
             self.assertLess(time.monotonic(), end)
-            time.sleep(0.02)
+            self.sync()
 
     def follow(self, target_mdeg):
         """Targets at 20 deg/s until the shaft is there."""
@@ -122,7 +139,7 @@ class Driver(Bench):
         self.assertEqual(self.state(), "operation enabled")
         self.follow(20_000)
         # A pause of the controller.
-        self.wait_for(lambda: self.state() == "fault", "missing commands")
+        self.wait_for(lambda: self.state_after_sync() == "fault", "missing commands")
         self.target = None
         self.enable()
         self.assertLess(abs(self.angle() - 20_000), 500, "it stays")
@@ -134,7 +151,7 @@ class Driver(Bench):
         self.switch_mode(NO_MODE)
         self.word = 0
         self.cycle()
-        self.wait_for(lambda: self.state() == "switch on disabled", "shutdown")
+        self.wait_for(lambda: self.state_after_sync() == "switch on disabled", "shutdown")
         self.assertEqual([error.code for error in self.node.emcy.log], [0x8130, 0])
 
 

@@ -38,6 +38,8 @@ pub struct CommTask {
     /// Cycles in which process data has waited without a frame leaving the board, and the number of
     /// frames that had left it before.
     waited: (usize, u32),
+    /// Process data has waited since an earlier cycle.
+    has_backlog: bool,
     /// Discarded frames that the device knows of.
     discarded: u32,
 }
@@ -61,6 +63,7 @@ impl CommTask {
             accepted_ids,
             last_cycle: (0, 0),
             waited: (0, 0),
+            has_backlog: false,
             discarded: 0,
         }
     }
@@ -79,6 +82,7 @@ impl CommTask {
         let now_us = self.time_us(period);
         self.update_diagnostics();
         self.discard_stale();
+        self.has_backlog = self.queues.process_data.len() > 0;
         let identity = self.identity();
         let has_service = process_frames(self, now_us);
         self.exchange_with_store();
@@ -133,8 +137,8 @@ impl CommTask {
     }
 
     /// Queues as many frames as there is room for; the others remain in the node. An EMCY goes
-    /// before all process data: if some waits it is discarded, also from the mailboxes, and sampled
-    /// again.
+    /// before all process data: if some waits since an earlier cycle it is discarded, also from the
+    /// mailboxes, and sampled again. Process data of this cycle is not: a reply to SYNC would be lost.
     fn queue_frames(&mut self) {
         while self.queues.to_transmit.ready()
             && self.queues.process_data.ready()
@@ -145,7 +149,7 @@ impl CommTask {
             let _ = if node.is_process_data(frame.id()) {
                 self.queues.process_data.enqueue(frame)
             } else {
-                if node.is_emergency(frame.id()) && self.queues.process_data.len() > 0 {
+                if node.is_emergency(frame.id()) && self.has_backlog {
                     bus_status::request_discard();
                 }
                 self.queues.to_transmit.enqueue(frame)
