@@ -85,7 +85,7 @@ impl BackEmfBrake {
         if counts {
             let agrees = (expected_ma > 0) == (back_emf_mv > 0);
             let agreed = self.agreed + if agrees { 1 } else { -1 };
-            self.agreed = agreed.max(-KNOWN).min(KNOWN);
+            self.agreed = agreed.clamp(-KNOWN, KNOWN);
         }
     }
 

@@ -97,9 +97,10 @@ impl About {
             own.or_else(|| value(&drivetrain, name)).unwrap_or(0.0)
         };
         let ratio = at("gear_ratio");
+        let beyond = at("output_inertia_kg_m2") + at("load_inertia_kg_m2");
         Self {
             step_s,
-            inertia_kg_m2: at("motor_inertia_kg_m2") * ratio * ratio + at("load_inertia_kg_m2"),
+            inertia_kg_m2: at("motor_inertia_kg_m2") * ratio * ratio + beyond,
             resistance_ohm: at("winding_resistance_ohm"),
             supply_v: at("supply_v"),
         }
