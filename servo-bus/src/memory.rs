@@ -158,7 +158,7 @@ impl Memory {
     }
 
     /// Writes whole registers: all of them or, after a refusal, none. `check` decides on each, with
-    /// its new value.
+    /// the values before the write, and its new value.
     ///
     /// # Errors
     /// The first refusal.
@@ -168,20 +168,30 @@ impl Memory {
         data: &[u8],
         check: impl Fn(&Self, &Register, i32) -> Result<(), Refusal>,
     ) -> Result<(), Refusal> {
-        // Twice: nothing is written before all of it has been checked.
-        for commits in [false, true] {
-            let (mut address, mut rest) = (address, data);
-            while !rest.is_empty() {
-                let register = self.whole(address, rest.len())?;
-                let (bytes, after) = rest.split_at(usize::from(register.field.size));
-                let value = self.checked(&register, bytes)?;
-                check(self, &register, value)?;
-                if commits {
-                    self.commit(&register, bytes, true);
-                }
-                address = address.saturating_add(u16::from(register.field.size));
-                rest = after;
-            }
+        let before = self.clone();
+        let written = self.write_whole(address, data, |register, value| {
+            check(&before, register, value)
+        });
+        if written.is_err() {
+            *self = before;
+        }
+        written
+    }
+
+    /// As [`Self::write`], but up to the first refusal.
+    fn write_whole(
+        &mut self,
+        mut address: u16,
+        mut data: &[u8],
+        check: impl Fn(&Register, i32) -> Result<(), Refusal>,
+    ) -> Result<(), Refusal> {
+        while !data.is_empty() {
+            let register = self.whole(address, data.len())?;
+            let (bytes, rest) = data.split_at(usize::from(register.field.size));
+            check(&register, self.checked(&register, bytes)?)?;
+            self.commit(&register, bytes, true);
+            address = address.saturating_add(u16::from(register.field.size));
+            data = rest;
         }
         Ok(())
     }

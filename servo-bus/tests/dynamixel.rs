@@ -3,7 +3,7 @@
 
 use servo_bus::dynamixel::{Error, Event, Packet, Server, encode, link};
 use servo_bus::tables::{XL330_M288, XM430_W350, x};
-use servo_bus::{Bytes, Field};
+use servo_bus::{BROADCAST, Bytes, Field};
 
 fn servo(id: u8) -> Server {
     let mut servo = Server::new(&XM430_W350, id);
@@ -303,6 +303,32 @@ fn bytes_that_look_like_a_header_are_stuffed_and_restored() {
     );
     let body: Bytes = Packet::try_new(&packet).expect("a packet").body();
     assert_eq!(body[1..], data);
+}
+
+#[test]
+fn a_write_that_moves_its_own_pointers_to_a_refusal_changes_nothing() {
+    let mut servo = Server::new(&XL330_M288, 1);
+    let (pointers, data, number) = XL330_M288.indirect[0];
+    // The LED, which may be written, and the state of the backup, which may not.
+    let [led, backup] = [65u16, 147].map(u16::to_le_bytes);
+    assert_eq!(written(&mut servo, pointers, &led), 0);
+    let mut write = backup.repeat(usize::from(number));
+    assert_eq!(pointers + write.len() as u16, data);
+    write.push(1);
+    assert_eq!(written(&mut servo, pointers, &write), Error::Access as u8);
+    let mut read = [0; 2];
+    servo.memory.read(pointers, &mut read);
+    assert_eq!((read, servo.memory.get(x::LED)), (led, 0));
+}
+
+#[test]
+fn a_fast_read_of_more_than_an_answer_holds_has_none() {
+    let mut servo = servo(1);
+    for (length, answers) in [(700u16, true), (701, false)] {
+        let parameters: [&[u8]; 3] = [&[0, 0], &length.to_le_bytes(), &[1]];
+        let answer = servo.receive(&encode(BROADCAST, 0x8A, &parameters));
+        assert_eq!(answer.is_some(), answers, "{length}");
+    }
 }
 
 #[test]

@@ -5,7 +5,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use host_sim::can::client::ClientError;
-use host_sim::servo_bus::client::{Client, ServoError, angle_deg, position, register, value};
+use host_sim::servo_bus::client::{
+    Client, ServoError, angle_deg, in_units, position, register, value,
+};
 use host_sim::table::{Cell, Table};
 use serde_json::json;
 use servo_bus::Register;
@@ -101,8 +103,7 @@ impl Servo {
             return print_json(&serde_json::Value::Object(object.collect()));
         }
         if let [(register, value)] = values[..] {
-            return print(format!("{value} {}", register.unit).trim_end())
-                .and_then(|()| print("\n"));
+            return print(&format!("{value}{}\n", in_units(register.unit)));
         }
         let columns = [
             ("register", ""),
@@ -155,11 +156,12 @@ impl Servo {
     /// present one. The servo stops if it is not reached or the program is interrupted.
     ///
     /// # Errors
-    /// For an angle beyond the limits; those of the bus and the servo; if it is not reached.
+    /// For an angle beyond the limits, or an operating mode without angles; those of the bus and the servo; if it is not reached.
     pub fn turn_to(&mut self, goal_deg: f64, within: Option<Duration>) -> Result<f64, Error> {
         let goal = self.register("goal_position")?;
         let wanted = position(self.table, goal_deg).round();
         let wanted = value(goal, &wanted.to_string())?;
+        self.require_angles()?;
         self.write(self.register("torque_enable")?, 1)?;
         self.write(goal, wanted)?;
         let Some(within) = within else {
@@ -167,7 +169,8 @@ impl Servo {
         };
         let arrived = self.arrive(goal_deg, within);
         if arrived.is_err() {
-            self.halt()?;
+            // Its error is more informative than that of the halt.
+            let _ = self.halt();
         }
         arrived
     }
@@ -192,20 +195,54 @@ impl Servo {
         Err(ClientError::Interrupted.into())
     }
 
-    /// Makes the present position the goal.
+    /// Ends the motion: by a goal of 0, or the present position as the goal.
     ///
     /// # Errors
     /// Those of the bus and the servo.
     pub fn halt(&mut self) -> Result<(), Error> {
-        let present = self.register("present_position")?;
-        let position = self.client.read(self.id, self.table, present.field)?;
-        self.write(self.register("goal_position")?, position)
+        let (goal, value) = match (self.is_dynamixel(), self.mode()?) {
+            (_, 1) => ("goal_velocity", 0),
+            (false, 2) => ("goal_time", 0),
+            // An increment is added to the goal, and the position is the way that is left.
+            (false, 3) => ("goal_position", -self.read("present_position")?),
+            (true, 0) => ("goal_current", 0),
+            (true, 16) => ("goal_pwm", 0),
+            _ => ("goal_position", self.read("present_position")?),
+        };
+        self.write(self.register(goal)?, value)
+    }
+
+    fn require_angles(&mut self) -> Result<(), Error> {
+        let (modes, expected) = match self.is_dynamixel() {
+            true => (3..=5, "3, 4 or 5"),
+            false => (0..=0, "0"),
+        };
+        let (id, mode) = (self.id, self.mode()?);
+        if modes.contains(&mode) {
+            return Ok(());
+        }
+        Err(ServoError::Mode { id, mode, expected }.into())
+    }
+
+    /// The operating mode; an SCS0009 only has that of the position.
+    fn mode(&mut self) -> Result<i32, Error> {
+        match self.table.register("operating_mode") {
+            Some(mode) => Ok(self.client.read(self.id, self.table, mode.field)?),
+            None => Ok(0),
+        }
+    }
+
+    fn is_dynamixel(&self) -> bool {
+        self.table.register("goal_pwm").is_some()
+    }
+
+    fn read(&mut self, name: &str) -> Result<i32, Error> {
+        let register = self.register(name)?;
+        Ok(self.client.read(self.id, self.table, register.field)?)
     }
 
     fn angle_deg(&mut self) -> Result<f64, Error> {
-        let present = self.register("present_position")?;
-        let position = self.client.read(self.id, self.table, present.field)?;
-        Ok(angle_deg(self.table, position.into()))
+        Ok(angle_deg(self.table, self.read("present_position")?.into()))
     }
 
     /// Turns the torque off.

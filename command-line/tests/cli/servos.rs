@@ -133,11 +133,13 @@ fn servos_are_found_set_moved_and_recorded_with_columns_that_identify_reads() {
         text(&format!("set {register}=100 --node 2"));
         assert!(text(&read).starts_with("100"));
         error("set present_position=1", 2, "present_position is read only");
-        error(
-            "set goal_position=1048576",
-            2,
-            "goal_position is 1048576, expected -",
-        );
+        let range = match prefix {
+            "sts" => "expected -32767 to 32767 in units of 0.088 deg",
+            _ => "expected -1048575 to 1048575 in units of 0.088 deg",
+        };
+        error("set goal_position=1048576", 2, range);
+        assert!(text("get goal_position").ends_with(" in units of 0.088 deg\n"));
+        assert_eq!(text("get id"), "1\n");
         error("get goal-positon", 2, "did you mean `goal_position`?");
         error("get goal_position --node 9", 1, "servo 9 does not answer");
         error(
@@ -186,4 +188,55 @@ fn servos_are_found_set_moved_and_recorded_with_columns_that_identify_reads() {
             "{supply}"
         );
     }
+}
+
+#[test]
+fn a_servo_is_halted_in_each_of_its_modes() {
+    // The torque is on at the goal of an STS in the mode 3.
+    for (model, prefix, mode, goal) in [
+        ("sts3215", "sts", 0, "goal_position=4000"),
+        ("sts3215", "sts", 1, "goal_velocity=1000"),
+        ("sts3215", "sts", 2, "goal_time=500"),
+        ("sts3215", "sts", 3, "goal_position=30000"),
+        ("xl330-m288", "dxl", 0, "goal_current=300"),
+        ("xl330-m288", "dxl", 1, "goal_velocity=100"),
+        ("xl330-m288", "dxl", 4, "goal_position=1000000"),
+        ("xl330-m288", "dxl", 16, "goal_pwm=300"),
+    ] {
+        let served = Served::new(&["--protocol", model]);
+        let bus = format!("--bus {prefix}:{}", served.bus);
+        let text = |arguments: &str| served.cli.text(&format!("{arguments} {bus}"));
+        text(&format!("set operating_mode={mode}"));
+        text(&format!("set torque_enable=1 {goal}"));
+        if !matches!((prefix, mode), ("sts", 0) | (_, 4)) {
+            served.cli.assert_error(
+                &format!("move 10 {bus}"),
+                2,
+                &format!("servo 1 has operating_mode {mode}, expected one with angles: "),
+            );
+        }
+        text("stop --hold");
+        std::thread::sleep(Duration::from_millis(1500));
+        let rate: f64 = text("get present_velocity")
+            .split_whitespace()
+            .next()
+            .and_then(|rate| rate.parse().ok())
+            .expect("a number");
+        assert!(rate.abs() < 3.0, "{model}, mode {mode}: {rate}");
+        assert!(text("get torque_enable").starts_with('1'));
+    }
+}
+
+#[test]
+fn a_client_that_floods_the_bus_does_not_keep_the_others_from_it() {
+    let served = Served::new(&["--protocol", "sts3215"]);
+    let mut flood = connect(&served);
+    // Bytes that begin no packet, faster than the line takes them, until the server ends.
+    let flooding = std::thread::spawn(move || while flood.write_all(&[0; 4096]).is_ok() {});
+    std::thread::sleep(Duration::from_millis(200));
+    let ping = [0xFF, 0xFF, 1, 2, 1, 0xFB];
+    let answer = exchange(&mut connect(&served), &ping, 6);
+    assert_eq!(answer, [0xFF, 0xFF, 1, 2, 0, 0xFC]);
+    drop(served);
+    flooding.join().expect("it ends");
 }

@@ -3,6 +3,8 @@
 mod error;
 mod line;
 mod registers;
+#[cfg(test)]
+mod tests;
 
 use std::io::{self, ErrorKind};
 use std::time::{Duration, Instant};
@@ -13,7 +15,7 @@ use servo_bus::{Bytes, Field, Register, Table, dynamixel, feetech};
 use super::model::Family;
 use line::{Answered, Framed, Line, is_pause, open};
 
-pub use error::ServoError;
+pub use error::{ServoError, in_units};
 pub use registers::{angle_deg, position, register, value};
 
 /// Bit rate of a bus whose name has none.
@@ -24,6 +26,9 @@ const ANSWER: Duration = Duration::from_millis(60);
 
 /// The same where most IDs do not answer: a scan lasts 6 s.
 const SCAN_ANSWER: Duration = Duration::from_millis(25);
+
+/// Register `end` of the SCS series, whose values have the high byte first.
+const HIGH_FIRST: i32 = 1;
 
 /// Prefixes of the names of buses.
 const PREFIXES: [(&str, Family); 2] = [("sts:", Family::Sts), ("dxl:", Family::X)];
@@ -103,8 +108,11 @@ impl Client {
     /// # Errors
     /// Without an answer; those of the bus.
     pub fn table(&mut self, id: u8) -> Result<&'static Table, ServoError> {
+        let is_feetech = matches!(self.framed, Framed::Feetech(_));
+        let has_high_first = is_feetech && self.read(id, &STS3215, sts::END)? == HIGH_FIRST;
         let (tables, number): (&[&Table], Field) = match self.framed {
-            Framed::Feetech(_) => (&[&STS3215, &STS3250, &SCS0009], sts::MODEL_NUMBER),
+            Framed::Feetech(_) if has_high_first => (&[&SCS0009], sts::MODEL_NUMBER),
+            Framed::Feetech(_) => (&[&STS3215, &STS3250], sts::MODEL_NUMBER),
             Framed::Dynamixel(_) => (&[&XM430_W350, &XL330_M288], x::MODEL_NUMBER),
         };
         let bytes = self.read_bytes(id, number.address, 2)?;
@@ -202,7 +210,13 @@ impl Client {
         packet: &Bytes,
         what: impl Fn() -> String,
     ) -> Result<Answered, ServoError> {
-        let sent = self.line.write_all(packet).and_then(|()| self.line.flush());
+        // An answer that was late is not that to this packet.
+        self.framed.discard();
+        let sent = self
+            .line
+            .discard()
+            .and_then(|()| self.line.write_all(packet))
+            .and_then(|()| self.line.flush());
         sent.map_err(|source| self.failed(source))?;
         let (end, mut bytes) = (Instant::now() + self.answer, [0; 256]);
         while Instant::now() < end {

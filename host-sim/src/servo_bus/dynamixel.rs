@@ -7,7 +7,7 @@
 mod control;
 mod report;
 
-use canopen::cia402::Ramp;
+use canopen::cia402::{Limits, Ramp};
 use servo_bus::dynamixel::{Event, Server};
 use servo_bus::{Answer, Field, tables::x};
 
@@ -35,6 +35,8 @@ pub struct X {
     loop_scale: f64,
     current_unit_a: f64,
     ramp: Ramp,
+    /// Those of the way to the goal, from when it was written; `None` without a profile.
+    limits: Option<Limits>,
     mode: i32,
     is_driven: bool,
     error: i32,
@@ -55,6 +57,7 @@ impl X {
             loop_scale: model.loop_scale,
             current_unit_a: model.current_unit_a,
             ramp: Ramp::at(0),
+            limits: None,
             mode: 0,
             is_driven: false,
             error: 0,
@@ -65,6 +68,7 @@ impl X {
             turns: 0,
         };
         servo.start();
+        servo.take_commands();
         servo.publish();
         servo
     }
@@ -146,14 +150,15 @@ impl X {
     /// ignored.
     fn position(&self) -> i32 {
         let raw = self.motor.sensed().position.wrapping_sub(self.turns);
-        let raw = if self.mode == POSITION_MODE {
-            raw.rem_euclid(TURN)
+        let turned = self.direction().wrapping_mul(raw);
+        let turned = if self.mode == POSITION_MODE {
+            turned.rem_euclid(TURN)
         } else {
-            raw
+            turned
         };
         let offset = self.get(x::HOMING_OFFSET);
         let is_ignored = self.mode == POSITION_MODE && offset.abs() > TURN / 4;
-        self.direction() * raw + if is_ignored { 0 } else { offset }
+        turned + if is_ignored { 0 } else { offset }
     }
 
     fn rate(&self) -> f64 {
@@ -233,6 +238,9 @@ impl X {
             // A goal that was written before the torque is in effect.
             self.set(x::GOAL_POSITION, goal);
             self.silence_ms = 0;
+        }
+        if has_goal || is_driven != self.is_driven {
+            self.limits = self.profile();
         }
         self.is_driven = is_driven;
     }

@@ -27,6 +27,8 @@ const BYTE_BITS: u64 = 10;
 
 const LISTENER: Token = Token(usize::MAX);
 
+const INTEREST: Interest = Interest::READABLE.add(Interest::WRITABLE);
+
 /// Most clients at a time.
 const CLIENTS_MAX: usize = 16;
 
@@ -76,10 +78,9 @@ impl Server {
     fn join(&mut self, mut stream: Box<dyn Stream>, is_permanent: bool) -> io::Result<()> {
         let free = self.clients.iter().position(Option::is_none);
         let place = free.unwrap_or(self.clients.len());
-        let interest = Interest::READABLE | Interest::WRITABLE;
         self.poll
             .registry()
-            .register(&mut stream, Token(place), interest)?;
+            .register(&mut stream, Token(place), INTEREST)?;
         let client = Some(Client {
             stream,
             is_permanent,
@@ -137,13 +138,13 @@ impl Server {
         }
     }
 
-    /// Reads what a client has sent, and answers.
+    /// Reads at most the bytes of a packet from a client, and answers.
     fn serve(&mut self, place: usize) {
         let Some(mut client) = self.clients.get_mut(place).and_then(Option::take) else {
             return;
         };
-        let mut bytes = [0; 4096];
-        while let Some(length) = client.read(&mut bytes) {
+        let mut bytes = [0; servo_bus::CAPACITY];
+        if let Some(length) = client.read(&mut bytes) {
             if self.heard.elapsed() > GAP {
                 self.bus.discard();
             }
@@ -152,6 +153,12 @@ impl Server {
             self.wait(length, &sent);
             client.unsent.append(&mut sent.bytes);
             self.heard = Instant::now();
+            // The rest is another event: time passes for the servos, and the other clients, before it.
+            let rest = self
+                .poll
+                .registry()
+                .reregister(&mut client.stream, Token(place), INTEREST);
+            client.is_gone |= rest.is_err();
         }
         client.write();
         if client.is_gone && !client.is_permanent {

@@ -231,6 +231,77 @@ fn an_overload_is_reported_weakens_the_output_and_is_recovered() {
 }
 
 #[test]
+fn a_profile_by_time_lasts_its_time_in_the_modes_of_position_and_velocity() {
+    let mut bench = Bench::new("xm430-w350");
+    bench.write(x::DRIVE_MODE, 4);
+    bench.write(x::TORQUE_ENABLE, 1);
+    bench.write(x::PROFILE_VELOCITY, 1000);
+    bench.write(x::PROFILE_ACCELERATION, 250);
+    bench.write(x::GOAL_POSITION, 3048);
+    // 1000 steps in 1 s with ramps of 0.25 s: 1333 steps/s, and 167 steps in each ramp.
+    for (ms, position) in [(250, 2215), (250, 2548), (250, 2881), (250, 3048)] {
+        bench.run(ms);
+        let trajectory = bench.get(x::POSITION_TRAJECTORY);
+        // Periods of 1.3 steps, and limits rounded up.
+        assert!(
+            trajectory.abs_diff(position) <= 3,
+            "{trajectory}, {position}"
+        );
+    }
+    let mut bench = Bench::new("xm430-w350");
+    bench.write(x::DRIVE_MODE, 4);
+    bench.write(x::OPERATING_MODE, 1);
+    bench.write(x::TORQUE_ENABLE, 1);
+    bench.write(x::PROFILE_ACCELERATION, 500);
+    bench.write(x::GOAL_VELOCITY, 100);
+    for velocity in [50, 100] {
+        bench.run(250);
+        let trajectory = bench.get(x::VELOCITY_TRAJECTORY);
+        assert!(trajectory.abs_diff(velocity) <= 1, "{trajectory}");
+    }
+}
+
+#[test]
+fn the_position_mode_in_reverse_stays_within_a_turn() {
+    let mut bench = Bench::new("xl330-m288");
+    bench.write(x::DRIVE_MODE, 1);
+    bench.run(1);
+    assert_eq!(bench.get(x::PRESENT_POSITION), 2048);
+    bench.write(x::TORQUE_ENABLE, 1);
+    assert_eq!(bench.write(x::GOAL_POSITION, 3000), 0);
+    bench.run(1500);
+    let position = bench.get(x::PRESENT_POSITION);
+    assert!(position.abs_diff(3000) < 40, "{position}");
+    // The shaft has turned the other way.
+    assert!(bench.bus.servos()[0].sensed().position < 1200);
+}
+
+#[test]
+fn the_torque_is_on_after_a_start_that_is_configured_so() {
+    let mut bench = Bench::new("xl330-m288");
+    bench.write(x::STARTUP_CONFIGURATION, 1);
+    let reboot = dynamixel::encode(1, 8, &[]);
+    bench.bus.receive(&reboot, &mut Sent::default());
+    bench.load(0.1);
+    bench.run(1000);
+    assert_eq!(bench.get(x::TORQUE_ENABLE), 1);
+    assert!(bench.rate().abs() < 1.0, "{}", bench.rate());
+}
+
+#[test]
+fn a_voltage_beyond_the_register_reads_as_its_end() {
+    for (name, field, end) in [
+        ("sts3215", sts::PRESENT_VOLTAGE, 255),
+        ("xl330-m288", x::PRESENT_INPUT_VOLTAGE, 65_535),
+    ] {
+        let mut bench = Bench::new(name);
+        bench.bus.apply(Fault::Supply(7000.0));
+        bench.run(1);
+        assert_eq!(bench.get(field), end, "{name}");
+    }
+}
+
+#[test]
 fn a_current_limit_of_the_position_mode_limits_the_grip() {
     let mut bench = Bench::new("xm430-w350");
     bench.write(x::OPERATING_MODE, 5);

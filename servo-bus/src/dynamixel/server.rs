@@ -167,6 +167,9 @@ impl Server {
         if !is_fast {
             return self.answer(id, turn as u8, (data, 1));
         }
+        if usize::from(length) > MOST_DATA {
+            return None;
+        }
         // Error, ID, data and CRC of each, behind the instruction.
         let total = lengths.fold(1u16, |sum, length| {
             sum.saturating_add(length.saturating_add(4))
@@ -179,7 +182,7 @@ impl Server {
         let error = self.error(data.as_ref().err());
         bytes.extend(&[error, id]);
         let data = data.unwrap_or_default();
-        for index in 0..usize::from(length).min(MOST_DATA) {
+        for index in 0..usize::from(length) {
             bytes.push(data.get(index).copied().unwrap_or(0));
         }
         let delay_us = self.delay_us();

@@ -20,7 +20,7 @@ pub enum ServoError {
     #[error("servo {0} does not answer")]
     NoAnswer(u8),
     /// A value that a register cannot have.
-    #[error("{name} is {value}, expected {min} to {max} {unit}")]
+    #[error("{name} is {value}, expected {min} to {max}{}", in_units(unit))]
     Value {
         /// The register.
         name: &'static str,
@@ -43,6 +43,16 @@ pub enum ServoError {
         /// The goal, deg.
         goal_deg: f64,
     },
+    /// The operating mode has no absolute position.
+    #[error("servo {id} has operating_mode {mode}, expected one with angles: {expected}")]
+    Mode {
+        /// The servo.
+        id: u8,
+        /// The mode.
+        mode: i32,
+        /// The modes that have one.
+        expected: &'static str,
+    },
     /// A register that only the servo writes.
     #[error("{0} is read only")]
     ReadOnly(&'static str),
@@ -56,4 +66,13 @@ pub enum ServoError {
         /// The error number of Dynamixel's protocol.
         error: u8,
     },
+}
+
+/// A unit behind a value; nothing without one.
+pub fn in_units(unit: &str) -> String {
+    if unit.is_empty() {
+        String::new()
+    } else {
+        format!(" in units of {unit}")
+    }
 }

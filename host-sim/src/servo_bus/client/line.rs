@@ -8,9 +8,30 @@ use serial2::SerialPort;
 use servo_bus::{Receiver, dynamixel, feetech};
 
 /// A line: a serial port, or bytes over TCP.
-pub(super) trait Line: Read + Write {}
+pub(super) trait Line: Read + Write {
+    /// Discards the bytes that have arrived.
+    fn discard(&mut self) -> io::Result<()>;
+}
 
-impl<T: Read + Write> Line for T {}
+impl Line for SerialPort {
+    fn discard(&mut self) -> io::Result<()> {
+        self.discard_input_buffer()
+    }
+}
+
+impl Line for TcpStream {
+    fn discard(&mut self) -> io::Result<()> {
+        self.set_nonblocking(true)?;
+        // Not without end from a server that never pauses; its errors are those of the next read.
+        let mut bytes = [0; 4096];
+        for _ in 0..16 {
+            if !matches!(self.read(&mut bytes), Ok(1..)) {
+                break;
+            }
+        }
+        self.set_nonblocking(false)
+    }
+}
 
 pub(super) enum Framed {
     Feetech(Box<Receiver<feetech::Framing>>),
@@ -30,25 +51,40 @@ impl Framed {
         match self {
             Self::Feetech(receiver) => {
                 receiver.push(byte);
-                let bytes = receiver.next_packet().filter(|bytes| *bytes != sent)?;
-                let packet = feetech::Packet::try_new(bytes).filter(|packet| packet.id() == id)?;
-                // Its status is a state of the servo, not a refusal.
-                Some(Answered {
-                    error: 0,
-                    data: packet.parameters().to_vec(),
-                })
+                while let Some(bytes) = receiver.next_packet() {
+                    match feetech::Packet::try_new(bytes) {
+                        // Its status is a state of the servo, not a refusal.
+                        Some(packet) if bytes != sent && packet.id() == id => {
+                            return Some(Answered {
+                                error: 0,
+                                data: packet.parameters().to_vec(),
+                            });
+                        }
+                        _ => {}
+                    }
+                }
             }
             Self::Dynamixel(receiver) => {
                 receiver.push(byte);
-                let packet = dynamixel::Packet::try_new(receiver.next_packet()?)?;
-                match &*packet.body() {
-                    [0x55, error, data @ ..] if packet.id() == id => Some(Answered {
-                        error: *error,
-                        data: data.to_vec(),
-                    }),
-                    _ => None,
+                while let Some(bytes) = receiver.next_packet() {
+                    let packet = dynamixel::Packet::try_new(bytes).filter(|p| p.id() == id);
+                    if let Some([0x55, error, data @ ..]) = packet.map(|p| p.body()).as_deref() {
+                        return Some(Answered {
+                            error: *error,
+                            data: data.to_vec(),
+                        });
+                    }
                 }
             }
+        }
+        None
+    }
+
+    /// Discards a part of a packet.
+    pub fn discard(&mut self) {
+        match self {
+            Self::Feetech(receiver) => receiver.discard(),
+            Self::Dynamixel(receiver) => receiver.discard(),
         }
     }
 }

@@ -13,6 +13,12 @@ const PERIOD_US: u32 = 1000;
 /// Acceleration of one, 214.577 rev/min^2, in steps/s^2.
 const ACCELERATION_UNIT: f64 = 214.577 * TURN as f64 / 3600.0;
 
+const UNLIMITED: Limits = Limits {
+    velocity: u32::MAX,
+    acceleration: u32::MAX,
+    deceleration: u32::MAX,
+};
+
 impl X {
     pub(super) fn drive(&mut self) -> Drive {
         let forward = f64::from(self.direction());
@@ -39,7 +45,7 @@ impl X {
     /// Output of the PID on the position, in its units.
     fn position_output(&mut self) -> f64 {
         let goal = self.get(x::GOAL_POSITION);
-        match self.profile(goal) {
+        match self.limits {
             Some(limits) => drop(self.ramp.to_position(goal, &limits, PERIOD_US)),
             None => self.ramp = Ramp::at(goal),
         }
@@ -56,67 +62,63 @@ impl X {
         output
     }
 
-    /// Limits of the way to a goal; `None` without a profile.
-    fn profile(&self, goal: i32) -> Option<Limits> {
+    /// Limits of the way to the goal; `None` without a profile.
+    pub(super) fn profile(&self) -> Option<Limits> {
         let (velocity, acceleration) = (
             self.real(x::PROFILE_VELOCITY),
             self.real(x::PROFILE_ACCELERATION),
         );
-        if velocity == 0.0 {
-            return None;
-        }
         let is_timed = self.get(x::DRIVE_MODE) & 4 != 0;
-        let (velocity, acceleration) = if is_timed {
-            self.timed(goal, velocity, acceleration)
-        } else {
-            (velocity * VELOCITY_UNIT, acceleration * ACCELERATION_UNIT)
+        let (velocity, acceleration) = match (self.mode, is_timed) {
+            (VELOCITY_MODE, false) => (f64::INFINITY, acceleration * ACCELERATION_UNIT),
+            (VELOCITY_MODE, true) => {
+                let change = self.goal_velocity().abs_diff(self.ramp.velocity());
+                (f64::INFINITY, rate(change.into(), acceleration))
+            }
+            _ if velocity == 0.0 => return None,
+            (_, false) => (velocity * VELOCITY_UNIT, acceleration * ACCELERATION_UNIT),
+            (_, true) => self.timed(velocity, acceleration),
         };
         // A fraction of a limit does not end the motion.
-        let velocity = velocity.ceil().max(1.0) as u32;
         let acceleration = if acceleration == 0.0 {
             u32::MAX
         } else {
             acceleration.ceil().max(1.0) as u32
         };
         Some(Limits {
-            velocity,
+            velocity: velocity.ceil().max(1.0) as u32,
             acceleration,
             deceleration: acceleration,
         })
     }
 
-    /// Greatest velocity and acceleration of a motion that lasts a time and accelerates for another
-    /// one, at most half of it, ms.
-    fn timed(&self, goal: i32, time_ms: f64, acceleration_ms: f64) -> (f64, f64) {
-        let way = f64::from(goal.wrapping_sub(self.position())).abs();
+    /// Greatest velocity and acceleration of a motion from rest that lasts a time and accelerates for
+    /// another one, at most half of it, ms.
+    fn timed(&self, time_ms: f64, acceleration_ms: f64) -> (f64, f64) {
+        let way = self.ramp.position().abs_diff(self.get(x::GOAL_POSITION));
         let ramp_ms = acceleration_ms.min(time_ms / 2.0);
-        let velocity = way / (time_ms - ramp_ms) * 1e3;
-        let acceleration = if ramp_ms > 0.0 {
-            velocity / ramp_ms * 1e3
-        } else {
-            0.0
-        };
-        (velocity, acceleration)
+        let velocity = rate(way.into(), time_ms - ramp_ms);
+        (velocity, rate(velocity, ramp_ms))
+    }
+
+    /// Steps/s.
+    fn goal_velocity(&self) -> i32 {
+        (self.real(x::GOAL_VELOCITY) * VELOCITY_UNIT).round() as i32
     }
 
     /// Duty of the PI on the velocity.
     fn velocity_duty(&mut self) -> f64 {
-        let goal = (self.real(x::GOAL_VELOCITY) * VELOCITY_UNIT).round() as i32;
-        let acceleration = self.real(x::PROFILE_ACCELERATION) * ACCELERATION_UNIT;
-        let acceleration = if acceleration == 0.0 {
-            u32::MAX
-        } else {
-            acceleration.ceil() as u32
-        };
-        let limits = Limits {
-            velocity: u32::MAX,
-            acceleration,
-            deceleration: acceleration,
-        };
-        self.ramp.to_velocity(goal, &limits, PERIOD_US);
+        let limits = self.limits.unwrap_or(UNLIMITED);
+        self.ramp
+            .to_velocity(self.goal_velocity(), &limits, PERIOD_US);
         let error = (f64::from(self.ramp.velocity()) - self.rate()) / VELOCITY_UNIT;
         let i = self.real(x::VELOCITY_I_GAIN) / 65_536.0;
         self.sum = (self.sum + i * error).clamp(-FULL_PWM, FULL_PWM);
         (self.real(x::VELOCITY_P_GAIN) / 128.0 * error + self.sum) / FULL_PWM
     }
+}
+
+/// A change in a time, per s; 0 without a time.
+fn rate(change: f64, ms: f64) -> f64 {
+    if ms > 0.0 { change / ms * 1e3 } else { 0.0 }
 }

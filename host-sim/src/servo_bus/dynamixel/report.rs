@@ -64,9 +64,12 @@ impl X {
         self.set(x::PRESENT_CURRENT, current.clamp(-32_768, 32_767));
         self.set(
             x::PRESENT_INPUT_VOLTAGE,
-            (sensed.supply_v * 10.0).round() as i32,
+            ((sensed.supply_v * 10.0).round() as i32).clamp(0, 65_535),
         );
-        self.set(x::PRESENT_TEMPERATURE, sensed.temperature_c.round() as i32);
+        self.set(
+            x::PRESENT_TEMPERATURE,
+            (sensed.temperature_c.round() as i32).clamp(0, 255),
+        );
         self.set(x::REALTIME_TICK, self.time_ms);
         self.set(
             x::MOVING,

@@ -62,11 +62,11 @@ impl Sts {
         self.set(sts::PRESENT_LOAD, (sensed.duty * 1000.0).round() as i32);
         self.set(
             sts::PRESENT_VOLTAGE,
-            (sensed.supply_v * 10.0).round() as i32,
+            ((sensed.supply_v * 10.0).round() as i32).clamp(0, 255),
         );
         self.set(
             sts::PRESENT_TEMPERATURE,
-            sensed.temperature_c.round() as i32,
+            (sensed.temperature_c.round() as i32).clamp(0, 255),
         );
         self.set(
             sts::PRESENT_CURRENT,
