@@ -59,8 +59,8 @@ pub(crate) enum Command {
     ResetCommunication,
 }
 
-/// The command of an NMT message addressed to this node. Bytes behind the two of the standard, which
-/// some masters send, mean nothing.
+/// The command of an NMT message addressed to this node. Bytes behind the two of the standard,
+/// which some masters send, mean nothing.
 pub(crate) fn command(data: &[u8], node_id: NodeId) -> Option<Command> {
     let [specifier, node, ..] = data else {
         return None;

@@ -24,6 +24,7 @@
 //! protect, change the state, regulate, make the compare value of the duty.
 
 mod back_emf_brake;
+mod regulation;
 mod requests;
 mod stop_progress;
 mod stopping;
@@ -31,7 +32,6 @@ mod stopping;
 use model_core::control::{
     cascade::{CascadeState, CascadeStep, Setpoint},
     pwm_timer::{Modulator, PwmCompare},
-    units::Percent,
 };
 
 pub use crate::interface::{
@@ -55,8 +55,8 @@ use crate::{
 /// to 80 ms to its first angle (data sheet, power-up time).
 const INITIALISING_PERIODS: u32 = periods(200) as u32;
 
-/// Control periods after which the encoder's rate is that of the shaft, and after which the board no
-/// longer waits for it to rest.
+/// Control periods after which the encoder's rate is that of the shaft, and after which the board
+/// no longer waits for it to rest.
 const ENCODER_SETTLED_PERIODS: u32 = periods(40) as u32;
 const AT_REST_PERIODS: u32 = periods(1000) as u32;
 
@@ -299,8 +299,8 @@ impl Application {
         }
     }
 
-    /// Whether the shaft turns when the board starts: by the back-EMF, which may have an offset, and
-    /// after 40 ms by the encoder; for a second at most.
+    /// Whether the shaft turns when the board starts: by the back-EMF, which may have an offset,
+    /// and after 40 ms by the encoder; for a second at most.
     fn turns_at_start(&self, measured: &Measured) -> bool {
         let tick = self.outputs.telemetry.tick;
         let moves = (measured.back_emf_mv).is_some_and(|mv| !back_emf_brake::stands(mv));
@@ -371,145 +371,6 @@ impl Application {
                 }
                 _ => self.state = BoardState::Fault,
             }
-        }
-    }
-
-    /// Starts the stop without encoder; if a ramp is running, within the time of the whole stop.
-    fn stop_by_back_emf(&mut self) {
-        let progress = match self.state {
-            BoardState::Enabled => StopProgress::default(),
-            _ => self.stopping.progress(),
-        };
-        self.back_emf_stop = self.back_emf_stop.or(Some(progress.continued()));
-        self.setpoints.stop();
-    }
-
-    /// Closes the loop. Without a valid count the last duty stays in force.
-    fn regulate(&mut self, settings: Settings<'_>, measured: &Measured, setpoint: Setpoint) {
-        let parameters = settings.board;
-        let is_valid = measured.count.is_some();
-        match self.state {
-            BoardState::FaultReaction if self.back_emf_stop.is_some() => {
-                self.stop_without_encoder(parameters, measured.back_emf_mv);
-                self.oppose_back_emf(settings, measured);
-            }
-            BoardState::QuickStop | BoardState::FaultReaction => {
-                self.decelerate(parameters, is_valid)
-            }
-            BoardState::Enabled if is_valid => {
-                if let Some((current, back_emf_mv)) = measured.current.zip(measured.back_emf_mv) {
-                    self.back_emf_brake.observe(current, back_emf_mv);
-                }
-                let step = self.control.regulate(&parameters.control, setpoint);
-                self.apply(step);
-            }
-            _ => {}
-        }
-        if !self.state.is_driving() {
-            self.control.release();
-            self.back_emf_stop = None;
-            match self.brakes(parameters) {
-                true => self.oppose_back_emf(settings, measured),
-                false => {
-                    self.last_step = CascadeStep::default();
-                    self.compare = PwmCompare::default();
-                }
-            }
-        }
-    }
-
-    /// One period of a stop by the back-EMF, and its end.
-    fn stop_without_encoder(&mut self, parameters: &BoardParameters, back_emf_mv: Option<i32>) {
-        if let Some(progress) = &mut self.back_emf_stop {
-            progress.next(back_emf_mv.map(back_emf_brake::stands));
-            if progress.is_over(&parameters.stop) {
-                self.state = BoardState::Fault;
-            }
-        }
-    }
-
-    /// A duty that opposes the back-EMF. Where it is not measured the duty is zero, which shorts the
-    /// motor.
-    fn oppose_back_emf(&mut self, settings: Settings<'_>, measured: &Measured) {
-        let p = settings.board;
-        let back_emf_mv = measured.back_emf_mv;
-        if let Some((current, back_emf_mv)) = measured.current.zip(back_emf_mv)
-            && measured.count.is_some()
-        {
-            let expected_ma = current.stall_ma - settings.motor.ripple.of_back_emf_ma(back_emf_mv);
-            let (duty, rate) = (self.last_step.duty, self.control.rate());
-            (self.back_emf_brake).verify(duty, rate, current, expected_ma);
-        }
-        let voltages = (back_emf_mv.unwrap_or(0), self.outputs.telemetry.supply_mv);
-        let duty = (self.back_emf_brake).opposing(&p.current, &settings.motor.ripple, voltages);
-        self.apply(CascadeStep {
-            duty: duty.limited(p.control.duty_limit()),
-            ..CascadeStep::default()
-        });
-    }
-
-    /// One period of a quick stop, and its end.
-    fn decelerate(&mut self, parameters: &BoardParameters, is_valid: bool) {
-        let BoardParameters {
-            stop: settings,
-            control: gains,
-            ..
-        } = parameters;
-        let rate = self.control.rate();
-        let command = self.stopping.next(settings, rate);
-        if is_valid && self.stopping.arrives(rate) {
-            self.stopping.hold(self.control.angle());
-            if self.stopping.began_in_motion() {
-                self.control.start_from(Percent::ZERO);
-            }
-        }
-        let held = self.stopping.holds_at();
-        if is_valid {
-            let step = match held {
-                Some(angle) => self.control.regulate(gains, angle),
-                None => self.control.decelerate(gains, command),
-            };
-            self.apply(step);
-        }
-        match self.state {
-            BoardState::QuickStop if !self.stopping.is_over(settings) => {}
-            BoardState::QuickStop if settings.quick_stop_hold == 1 => {}
-            BoardState::QuickStop => self.state = BoardState::Disabled,
-            _ if self.stopping.is_late(settings) => self.state = BoardState::Fault,
-            _ => {}
-        }
-    }
-
-    /// Takes the duty of a control step as a compare value for the timer.
-    fn apply(&mut self, step: CascadeStep) {
-        self.last_step = step;
-        self.compare = self.modulator.next(step.duty);
-    }
-
-    /// Whether the motor brakes while the loop is open, which limits the travel of the shaft: in
-    /// [`BoardState::Fault`], unless one of the faults excludes it or the current is too large, and
-    /// after a reset, which may have come in motion.
-    fn brakes(&self, parameters: &BoardParameters) -> bool {
-        let faults = match self.state {
-            BoardState::Initialising if self.start.is_empty() => AFTER_A_RESET,
-            BoardState::Initialising => self.start,
-            BoardState::Fault => self.log.latched(),
-            _ => FaultSet::EMPTY,
-        };
-        let is_unsafe = self.outputs.telemetry.present.contains(Fault::OverCurrent);
-        let braking = parameters.braking_faults();
-        !faults.is_empty() && faults.without(braking).is_empty() && !is_unsafe
-    }
-
-    /// The command to the bridge.
-    fn bridge(&self, parameters: &BoardParameters) -> Bridge {
-        if self.state.is_driving() {
-            return Bridge::Driven(self.compare);
-        }
-        match self.brakes(parameters) {
-            true if self.compare == PwmCompare::default() => Bridge::Brake,
-            true => Bridge::Driven(self.compare),
-            false => Bridge::Coast,
         }
     }
 

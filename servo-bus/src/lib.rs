@@ -1,10 +1,10 @@
 //! Serial servo buses, device side: the protocol of Feetech's STS, SMS and SCS servos, and
 //! Dynamixel 2.0.
 //!
-//! The crate has no heap, no `unsafe`, no I/O and no clock. A [`Receiver`] finds packets in a stream
-//! of bytes; a server ([`feetech::Server`], [`dynamixel::Server`]) applies an instruction to the
-//! [`Memory`] of a servo, the bytes behind its control [`Table`], and returns its answer. What the
-//! values of the table do is its user's.
+//! The crate has no heap, no `unsafe`, no I/O and no clock. A [`Receiver`] finds packets in a
+//! stream of bytes; a server ([`feetech::Server`], [`dynamixel::Server`]) applies an instruction to
+//! the [`Memory`] of a servo, the bytes behind its control [`Table`], and returns its answer. What
+//! the values of the table do is its user's.
 //!
 //! ```
 //! use servo_bus::{Receiver, feetech, tables::{STS3215, sts}};

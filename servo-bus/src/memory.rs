@@ -197,7 +197,7 @@ impl Memory {
     }
 
     /// Writes bytes, also parts of registers. A register that may not be written, or whose value
-    /// would be out of its range, keeps its value. `stores` tells whether those of the EEPROM last.
+    /// would be out of its range, keeps its value. `stores`: whether those of the EEPROM are kept.
     pub fn write_each(&mut self, address: u16, data: &[u8], stores: bool) {
         let (mut address, mut rest) = (address, data);
         while !rest.is_empty() {
@@ -299,8 +299,8 @@ impl Memory {
         })
     }
 
-    /// The address behind that of indirect data. A pointer to indirect data is not followed: without
-    /// a register there, it reads as 0 and refuses writes.
+    /// The address behind that of indirect data. A pointer to indirect data is not followed:
+    /// without a register there, it reads as 0 and refuses writes.
     fn resolve(&self, address: u16) -> u16 {
         for &(pointers, data, number) in self.table.indirect {
             if (data..data + number).contains(&address) {

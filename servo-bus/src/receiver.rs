@@ -42,7 +42,8 @@ impl<F> Default for Receiver<F> {
 }
 
 impl<F: Framing> Receiver<F> {
-    /// A byte of the stream. Call [`Self::next_packet`] until it returns `None` before the next byte.
+    /// A byte of the stream. Call [`Self::next_packet`] until it returns `None` before the next
+    /// byte.
     pub fn push(&mut self, byte: u8) {
         if !self.bytes.push(byte) {
             self.bytes.remove(1);

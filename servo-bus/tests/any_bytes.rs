@@ -160,7 +160,8 @@ fn ten_million_mutated_bytes_write_nothing_that_is_not_valid() {
     });
 }
 
-/// A damaged write that is not repaired by chance changes nothing, and the packet behind it is found.
+/// A damaged write that is not repaired by chance changes nothing, and the packet behind it is
+/// found.
 fn damage<S: Servo>(table: &'static Table, place: usize, flip: u8, write: &[u8], ping: &[u8]) {
     let (mut servo, mut receiver) = (S::new(table), Receiver::default());
     let mut damaged = write.to_vec();

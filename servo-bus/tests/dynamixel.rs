@@ -1,5 +1,5 @@
-//! The examples of <https://emanual.robotis.com/docs/en/dxl/protocol2/>, and the rules of the control
-//! tables of the X series.
+//! The examples of <https://emanual.robotis.com/docs/en/dxl/protocol2/>, and the rules of the
+//! control tables of the X series.
 
 use servo_bus::dynamixel::{Error, Event, Packet, Server, encode, link};
 use servo_bus::tables::{XL330_M288, XM430_W350, x};

@@ -1,5 +1,5 @@
-//! The examples of *Servo SCS Communication Protocol* (doc.feetech.cn, sections 4.1 to 4.9), and the
-//! rules of the memory tables.
+//! The examples of *Servo SCS Communication Protocol* (doc.feetech.cn, sections 4.1 to 4.9), and
+//! the rules of the memory tables.
 
 use servo_bus::feetech::{Event, Instruction, Packet, Server};
 use servo_bus::tables::{SCS0009, STS3215, sts};

@@ -102,8 +102,8 @@ fn receive(core: &Arc<Core>, frame: &CanFrame) {
     }
 }
 
-/// A heartbeat of another program with the node-ID of this one: it would go on if this program ended,
-/// and its actuators would not stop.
+/// A heartbeat of another program with the node-ID of this one: it would go on if this program
+/// ended, and its actuators would not stop.
 fn shared(core: &Arc<Core>) {
     let (is_new, moving) = core.with(|state| {
         let is_new = state.shared.replace(Instant::now()).is_none();

@@ -30,7 +30,8 @@ const COMM: &str = "\n## The communication board\n";
 /// The pin to the CAN transceiver needs edges of less than 100 ns.
 const FAST: &str = "PD1";
 
-/// The clock of the encoder: a late feedback of its edges may corrupt the last bit of a byte (ES0206).
+/// The clock of the encoder: a late feedback of its edges may corrupt the last bit of a byte
+/// (ES0206).
 const FASTEST: &str = "PA5";
 
 /// The rows of the page's table of pins behind a heading: function, pins, connector, peripheral,

@@ -173,6 +173,6 @@ def test_a_servo_of_bam_moves_as_in_bam(name, tmp_path):
     ]
     expected = np.degrees(Simulator(bam.load_model(str(file))).rollout_log(log, simulate_control=True)[0])
     error = run["angle_deg"] - expected
-    # The board controls every 4 ms from counts of 0.09 deg, BAM here every ms: that is 6 ms of delay
-    # at most 400 deg/s, during a tenth of the run.
+    # The board controls every 4 ms from counts of 0.09 deg, BAM here every ms: that is 6 ms of
+    # delay at most 400 deg/s, during a tenth of the run.
     assert np.sqrt(np.mean(error**2)) < 0.8

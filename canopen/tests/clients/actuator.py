@@ -239,7 +239,8 @@ class Drive(DriveTests, Served):
             time.sleep(0.2)
             return self.node.state
 
-        # The client sends controlwords by RPDO 1, and modes by RPDO 2 with a controlword of its own, at first 0.
+        # The client sends controlwords by RPDO 1, and modes by RPDO 2 with a controlword of its
+        # own, at first 0.
         self.enable("PROFILED POSITION")
         self.assertEqual(change("PROFILED VELOCITY"), "SWITCH ON DISABLED")
         self.enable("PROFILED VELOCITY")

@@ -57,7 +57,8 @@ class Driver(Bench):
         self.word, self.target, self.replies = 0, None, 0
         node.tpdo[2].add_callback(self.count)
         node.nmt.state = "OPERATIONAL"
-        # While the serial line is closed no node acknowledges the boot-up of a board, which reports this.
+        # While the serial line is closed no node acknowledges the boot-up of a board, which reports
+        # this.
         self.wait_for(lambda: self.state_after_sync() and not node.emcy.active, "no bus error")
         node.emcy.reset()
 

@@ -41,8 +41,9 @@ use host_sim::servo_bus;
 #[derive(Debug, Args)]
 pub(super) struct OnBus {
     /// HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), or a SocketCAN interface
-    /// (can0); `scan`, `get`, `set`, `move`, `stop` and `record` take servos too: sts:/dev/ttyUSB0 of Feetech,
-    /// dxl:/dev/ttyUSB0@57600 of Robotis, at 1,000,000 bit/s unless another rate follows
+    /// (can0); `scan`, `get`, `set`, `move`, `stop` and `record` take servos too: sts:/dev/ttyUSB0
+    /// of Feetech, dxl:/dev/ttyUSB0@57600 of Robotis, at 1,000,000 bit/s unless another rate
+    /// follows
     #[arg(long, value_name = "BUS", default_value = "127.0.0.1:29536")]
     bus: String,
     /// Bit rate of the adapter, kbit/s

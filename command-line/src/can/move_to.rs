@@ -16,8 +16,8 @@ use host_sim::can::client::{Client, ClientError};
 /// Moves an actuator to an angle by a profile, and prints the angle reached
 ///
 /// The drive is enabled if necessary. Afterwards it holds the angle unless --release is given. An
-/// angle beyond the limits of the actuator ends at the limit, with exit status 4. The actuator stops
-/// if this program is interrupted, ends or waits in vain, but with --no-wait. A servo of a
+/// angle beyond the limits of the actuator ends at the limit, with exit status 4. The actuator
+/// stops if this program is interrupted, ends or waits in vain, but with --no-wait. A servo of a
 /// serial bus moves on if this program is killed.
 #[derive(Debug, Args)]
 pub struct Move {

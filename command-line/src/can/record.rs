@@ -20,9 +20,9 @@ use host_sim::can::telemetry::{Clock, Telemetry};
 
 /// Records the telemetry of an actuator as a CSV file with units in the names of the columns
 ///
-/// The command of the position loop is recorded too, by a fourth TPDO that is removed at the end. An
-/// interrupt (Ctrl-C) ends the recording; the file has all samples until then. Of a servo it reads goal
-/// and present values as fast as the bus allows.
+/// The command of the position loop is recorded too, by a fourth TPDO that is removed at the end.
+/// An interrupt (Ctrl-C) ends the recording; the file has all samples until then. Of a servo it
+/// reads goal and present values as fast as the bus allows.
 ///
 /// With --json standard output is JSON: one object per sample and line or, if the samples go to a
 /// file, the numbers of samples and of lost ones.

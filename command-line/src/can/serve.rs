@@ -32,7 +32,8 @@ use host_sim::can::server::{Notice, Server};
 /// line of the communication board, which has one client at a time: further ones are refused. With
 /// --boot-elf the boards start through the bootloader, and `actuator update` works on them.
 ///
-/// With `--protocol` the server runs servos on a serial bus instead, for the libraries of their makers.
+/// With `--protocol` the server runs servos on a serial bus instead, for the libraries of their
+/// makers.
 #[derive(Debug, Args)]
 pub struct Serve {
     /// Address and port of the server; port 0 selects a free one

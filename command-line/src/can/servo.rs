@@ -35,7 +35,8 @@ pub struct Servo {
     table: &'static servo_bus::Table,
 }
 
-/// Columns of a recording: the name, the registers that may have it, and the value of one in its unit.
+/// Columns of a recording: the name, the registers that may have it, and the value of one in its
+/// unit.
 const COLUMNS: [(&str, &[&str]); 6] = [
     ("command_deg", &["goal_position"]),
     ("angle_deg", &["present_position"]),
@@ -156,7 +157,8 @@ impl Servo {
     /// present one. The servo stops if it is not reached or the program is interrupted.
     ///
     /// # Errors
-    /// For an angle beyond the limits, or an operating mode without angles; those of the bus and the servo; if it is not reached.
+    /// For an angle beyond the limits, or an operating mode without angles; those of the bus and
+    /// the servo; if it is not reached.
     pub fn turn_to(&mut self, goal_deg: f64, within: Option<Duration>) -> Result<f64, Error> {
         let goal = self.register("goal_position")?;
         let wanted = position(self.table, goal_deg).round();

@@ -7,19 +7,19 @@
 //! i    = (duty V - e)/R = -(1 + k) e/R
 //! ```
 //!
-//! so the torque is `1 + k = 5` times that of the shorted motor. A shaft that turns decelerates with
-//! the mechanical time constant over `1 + k`, 0.132 s/5 = 26 ms, and a load lowers at a fifth of the
-//! rate: 0.8 N m at 53 deg/s, where it turns the shorted motor at 265 deg/s. The duty is in force
-//! from 1 to 5 ms after the back-EMF was measured: on average 3 ms, a phase of 4 x 3/132 rad at the
-//! crossover.
+//! so the torque is `1 + k = 5` times that of the shorted motor. A shaft that turns decelerates
+//! with the mechanical time constant over `1 + k`, 0.132 s/5 = 26 ms, and a load lowers at a fifth
+//! of the rate: 0.8 N m at 53 deg/s, where it turns the shorted motor at 265 deg/s. The duty is in
+//! force from 1 to 5 ms after the back-EMF was measured: on average 3 ms, a phase of 4 x 3/132 rad
+//! at the crossover.
 //!
 //! The duty stays below [`GREATEST_PCT`]: the winding's current, L/R = 0.13 ms, then decays to that
 //! of the shorted motor before the window in which the back-EMF is measured, where a larger one
 //! would hide it.
 //!
 //! The brake trusts the back-EMF, and would drive the shaft with one that is wrong. Until its sign
-//! was that of `duty V - i R`, by the measured current, in periods with enough of both, the motor is
-//! shorted instead: exchanged dividers. It is shorted too once the encoder shows a motion in the
+//! was that of `duty V - i R`, by the measured current, in periods with enough of both, the motor
+//! is shorted instead: exchanged dividers. It is shorted too once the encoder shows a motion in the
 //! direction of the duty while less than half of the expected current flows, for 20 ms: a leg whose
 //! voltage is wrong.
 

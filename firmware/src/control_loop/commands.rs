@@ -151,8 +151,9 @@ impl Commands {
 
     /// Replaces the command; the loop has taken that of the number `taken`. A change of the control
     /// bits is queued; so is one of the mode, and one behind an edge that was not taken yet, unless
-    /// it `joins`: it stands in the same frame as that edge. In a full queue a quick stop and disable
-    /// voltage replace what was not taken yet. Returns false, without effect, if the queue is full.
+    /// it `joins`: it stands in the same frame as that edge. In a full queue a quick stop and
+    /// disable voltage replace what was not taken yet. Returns false, without effect, if the queue
+    /// is full.
     #[must_use]
     pub fn set(&mut self, command: &Command, joins: bool, taken: u32) -> bool {
         let is_full = self.newest.wrapping_sub(taken) >= QUEUE as u32 - 1;

@@ -19,8 +19,8 @@ use crate::{
 const VOLTAGE: FaultSet = FaultSet::of(&[Fault::UnderVoltage, Fault::OverVoltage]);
 
 impl State {
-    /// A rising edge of the fault reset acknowledges faults that are no longer present, in the state
-    /// "fault" alone: transition 15.
+    /// A rising edge of the fault reset acknowledges faults that are no longer present, in the
+    /// state "fault" alone: transition 15.
     pub(super) fn acknowledge(&mut self) {
         let resets = self.command.control & controlword::FAULT_RESET != 0;
         let rises = resets && !self.motion.resets;

@@ -47,8 +47,8 @@ pub fn is_servo_bus(bus: &str) -> bool {
 }
 
 impl Client {
-    /// Opens `sts:PORT` or `dxl:PORT`; the port is a serial device, which may be followed by `@` and a
-    /// bit rate, or HOST:PORT of a server.
+    /// Opens `sts:PORT` or `dxl:PORT`; the port is a serial device, which may be followed by `@`
+    /// and a bit rate, or HOST:PORT of a server.
     ///
     /// # Errors
     /// For a name that is not one; the error of the operating system.
@@ -134,7 +134,7 @@ impl Client {
             Framed::Dynamixel(_) => dynamixel::encode(id, 2, &[&[low, high, length, 0]]),
         };
         let answered = self.exchange(id, &packet, || format!("a read of address {address}"))?;
-        // An answer that is too short is none.
+        // An answer that is too short is no answer.
         let is_whole = answered.data.len() == usize::from(length);
         is_whole
             .then_some(answered.data)

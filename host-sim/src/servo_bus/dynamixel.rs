@@ -1,8 +1,8 @@
 //! What the table of a Dynamixel of the X series commands.
 //!
-//! Rules are those of the pages of emanual.robotis.com. What they leave open is an assumption: gains
-//! count periods of 1 ms; the current loop is ideal; an overload is an output of 80 % or more without
-//! motion for 1 s; feedforward gains have no effect.
+//! Rules are those of the pages of emanual.robotis.com. What they leave open is an assumption:
+//! gains count periods of 1 ms; the current loop is ideal; an overload is an output of 80 % or more
+//! without motion for 1 s; feedforward gains have no effect.
 
 mod control;
 mod report;

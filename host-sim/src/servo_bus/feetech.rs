@@ -1,8 +1,8 @@
 //! What the table of an STS servo commands.
 //!
-//! Rules that the memory table states are its; what it leaves open is an assumption: the wheel mode's
-//! gains are those of [`WHEEL_P`] and [`WHEEL_I`]; an overload ends when the torque is written or a
-//! new goal leads the load back; a write of a goal turns the torque on.
+//! Rules that the memory table states are its; what it leaves open is an assumption: the wheel
+//! mode's gains are those of [`WHEEL_P`] and [`WHEEL_I`]; an overload ends when the torque is
+//! written or a new goal leads the load back; a write of a goal turns the torque on.
 
 mod control;
 mod report;

@@ -1,9 +1,9 @@
-//! Simulated servos on a serial bus: the protocols and control tables of `servo_bus` around models of
-//! the motors.
+//! Simulated servos on a serial bus: the protocols and control tables of `servo_bus` around models
+//! of the motors.
 //!
-//! Each [`Servo`] computes periods of 1 ms: what its table commands becomes a duty of its bridge, the
-//! motor and its gears are simulated, and what they do is written to the table. Time is that of the
-//! caller.
+//! Each [`Servo`] computes periods of 1 ms: what its table commands becomes a duty of its bridge,
+//! the motor and its gears are simulated, and what they do is written to the table. Time is that of
+//! the caller.
 
 mod bus;
 pub mod client;

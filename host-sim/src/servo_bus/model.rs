@@ -99,10 +99,10 @@ const STS3215_MODEL: Model = Model {
     },
 };
 
-/// 12 V, ratio 1:345. Constant and resistance are chosen for the catalogue's 0.133 s/60 deg and 50 kg cm
-/// at 12 V, which has no current; inertia, friction and scale of the loop are fitted to two recordings
-/// of a pendulum of github.com/Rhoban/bam (`data_raw_feetech`), which they explain to 97.7 % and 99.1 %
-/// without backlash. Backlash: as the STS3215's.
+/// 12 V, ratio 1:345. Constant and resistance are chosen for the catalogue's 0.133 s/60 deg and 50
+/// kg cm at 12 V, which has no current; inertia, friction and scale of the loop are fitted to two
+/// recordings of a pendulum of github.com/Rhoban/bam (`data_raw_feetech`), which they explain to
+/// 97.7 % and 99.1 % without backlash. Backlash: as the STS3215's.
 const STS3250_MODEL: Model = Model {
     table: &STS3250,
     family: Family::Sts,
@@ -121,10 +121,10 @@ const STS3250_MODEL: Model = Model {
     },
 };
 
-/// 5 V. Constant and resistance from the catalogue: 103 rev/min and 1.47 A at 5 V; inertia, friction
-/// and scale of the loop are fitted to two recordings of a pendulum of github.com/Rhoban/bam, which
-/// they explain to 90.5 % and 93.3 %. With that friction the torque at stall is 0.38 Nm, where the
-/// catalogue has 0.52 Nm. Backlash: not published, that of the XM430.
+/// 5 V. Constant and resistance from the catalogue: 103 rev/min and 1.47 A at 5 V; inertia,
+/// friction and scale of the loop are fitted to two recordings of a pendulum of
+/// github.com/Rhoban/bam, which they explain to 90.5 % and 93.3 %. With that friction the torque at
+/// stall is 0.38 Nm, where the catalogue has 0.52 Nm. Backlash: not published, that of the XM430.
 const XL330_MODEL: Model = Model {
     table: &XL330_M288,
     family: Family::X,
@@ -145,11 +145,11 @@ const XL330_MODEL: Model = Model {
     },
 };
 
-/// 12 V. From the catalogue at 12 V: 4.1 Nm at 2.3 A and 46 rev/min. The resistance is 12 V/2.3 A. The
-/// friction per torque `k` makes the torque at stall, `k2 = 2.4 Nm/A x 2.3 A = 5.52 Nm`, that of the
-/// catalogue: `(5.52 - 0.05 - 5.52 k)/(1 + k) = 4.1`; the viscous friction makes the rate without a
-/// load so. Coulomb friction, inertia (25 ms with the back-EMF) and the constant within 4 % are
-/// assumptions.
+/// 12 V. From the catalogue at 12 V: 4.1 Nm at 2.3 A and 46 rev/min. The resistance is 12 V/2.3 A.
+/// The friction per torque `k` makes the torque at stall, `k2 = 2.4 Nm/A x 2.3 A = 5.52 Nm`, that
+/// of the catalogue: `(5.52 - 0.05 - 5.52 k)/(1 + k) = 4.1`; the viscous friction makes the rate
+/// without a load so. Coulomb friction, inertia (25 ms with the back-EMF) and the constant within 4
+/// % are assumptions.
 const XM430_MODEL: Model = Model {
     table: &XM430_W350,
     family: Family::X,

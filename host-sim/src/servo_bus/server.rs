@@ -153,7 +153,8 @@ impl Server {
             self.wait(length, &sent);
             client.unsent.append(&mut sent.bytes);
             self.heard = Instant::now();
-            // The rest is another event: time passes for the servos, and the other clients, before it.
+            // The rest is another event: time passes for the servos, and the other clients, before
+            // it.
             let rest = self
                 .poll
                 .registry()
@@ -168,8 +169,8 @@ impl Server {
         }
     }
 
-    /// Waits for as long as the line carries a request and its answer. Time passes for the servos at
-    /// the next turn.
+    /// Waits for as long as the line carries a request and its answer. Time passes for the servos
+    /// at the next turn.
     fn wait(&self, length: usize, sent: &Sent) {
         let bits = (length + sent.bytes.len()) as u64 * BYTE_BITS;
         thread::sleep(Duration::from_micros(

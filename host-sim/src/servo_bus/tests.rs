@@ -80,8 +80,8 @@ impl Bench {
 }
 
 /// Rate without a load, rad/s, and torque at stall, Nm: the catalogue, but for the STS3215 and the
-/// torque of the XL330, for which the equations of friction give them: 0.955 tm = 0.0533 + 0.0282 w,
-/// tm = 0.4632 (7.4 - 1.2753 w), and 0.955 tm = 0.0533 + 1.386 t at rest.
+/// torque of the XL330, for which the equations of friction give them: 0.955 tm = 0.0533 + 0.0282
+/// w, tm = 0.4632 (7.4 - 1.2753 w), and 0.955 tm = 0.0533 + 1.386 t at rest.
 const CATALOGUE: [(&str, f64, f64); 4] = [
     ("sts3215", 5.44, 2.32),
     ("sts3250", 7.87, 4.9),
@@ -401,7 +401,7 @@ fn faults_begin_and_end() {
     bench.apply(OfServo::Id(9));
     assert!(bench.answer(&ping).is_empty());
     bench.apply(OfServo::Id(1));
-    // A supply below the limit of 4 V: the status tells it, while the torque is off.
+    // A supply below the limit of 4 V: the status reports it, while the torque is off.
     bench.bus.apply(Fault::Supply(3.5));
     bench.run(5);
     assert_eq!(

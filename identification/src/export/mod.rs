@@ -154,8 +154,8 @@ pub fn named(name: &str) -> Option<&'static dyn Target> {
     TARGETS.into_iter().find(|target| target.name() == name)
 }
 
-/// The validation input unless another one is chosen: most servos reach their limits in it, and reach
-/// its angles.
+/// The validation input unless another one is chosen: most servos reach their limits in it, and
+/// reach its angles.
 pub const INPUT: &str = "3-2-1-1";
 
 /// Parameters of a load, which the simulator has itself.

@@ -27,7 +27,8 @@ const SERVOS: [(&str, [f64; 4]); 5] = [
 
 const DEGREE: f64 = PI / 180.0;
 
-/// Names there, in alternatives, with the names here, factors, and the values where they are absent.
+/// Names there, in alternatives, with the names here, factors, and the values where they are
+/// absent.
 const NAMES: [(&[&str], &str, f64, f64); 14] = [
     (&["kt"], "torque_constant_nm_a", 1.0, f64::NAN),
     (&["R"], "winding_resistance_ohm", 1.0, f64::NAN),

@@ -299,7 +299,8 @@ impl CascadeState {
         }
     }
 
-    /// Restarts the regulator with this duty, from which the slew limit and the integrator continue.
+    /// Restarts the regulator with this duty, from which the slew limit and the integrator
+    /// continue.
     pub fn start_from(&mut self, duty: Percent) {
         self.regulator = RateLoopState::of(duty, duty);
     }

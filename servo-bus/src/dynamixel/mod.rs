@@ -5,8 +5,8 @@
 //! FF FF FD 00  ID  length (2)  instruction  parameters  CRC (2)
 //! ```
 //!
-//! The length counts what follows it. Behind FF FF FD, instruction and parameters have another FD, so
-//! that no header is in them; length and CRC count it.
+//! The length counts what follows it. Behind FF FF FD, instruction and parameters have another FD,
+//! so that no header is in them; length and CRC count it.
 
 mod crc;
 mod instruction;

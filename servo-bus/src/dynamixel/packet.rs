@@ -113,8 +113,8 @@ pub(super) fn begin(id: u8, instruction: u8, length: u16) -> Bytes {
     bytes
 }
 
-/// Appends the CRC to a part of a packet, of which the parts before have this CRC, or 0; returns that
-/// for the next part.
+/// Appends the CRC to a part of a packet, of which the parts before have this CRC, or 0; returns
+/// that for the next part.
 pub fn link(bytes: &mut Bytes, before: u16) -> u16 {
     let sum = crc(before, bytes).to_le_bytes();
     bytes.extend(&sum);

@@ -72,7 +72,8 @@ impl Server {
         self.event.take()
     }
 
-    /// Whether an instruction, of any servo, has been received since the last call: for the watchdog.
+    /// Whether an instruction, of any servo, has been received since the last call: for the
+    /// watchdog.
     pub fn take_received(&mut self) -> bool {
         core::mem::take(&mut self.has_received)
     }

@@ -45,8 +45,9 @@ impl Server {
         self.event.take()
     }
 
-    /// Carries out the instruction of a packet, and returns the answer to it. What is not a packet or
-    /// not an instruction has no effect and no answer: whether the originals answer is not published.
+    /// Carries out the instruction of a packet, and returns the answer to it. What is not a packet
+    /// or not an instruction has no effect and no answer: whether the originals answer is not
+    /// published.
     pub fn receive(&mut self, packet: &[u8]) -> Option<Answer> {
         let packet = Packet::try_new(packet)?;
         let instruction = Instruction::parse(packet)?;

@@ -138,7 +138,8 @@ impl CommTask {
 
     /// Queues as many frames as there is room for; the others remain in the node. An EMCY goes
     /// before all process data: if some waits since an earlier cycle it is discarded, also from the
-    /// mailboxes, and sampled again. Process data of this cycle is not: a reply to SYNC would be lost.
+    /// mailboxes, and sampled again. Process data of this cycle is not: a reply to SYNC would be
+    /// lost.
     fn queue_frames(&mut self) {
         while self.queues.to_transmit.ready()
             && self.queues.process_data.ready()

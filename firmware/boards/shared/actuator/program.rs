@@ -17,8 +17,8 @@
 //! atomics otherwise.
 //!
 //! `actuator_program!` is the only list of the handlers. The program contains it as text in the
-//! section `.handlers`, which is not loaded: interrupt, task, priority, and runs in a control period
-//! (0 for those that depend on the bus).
+//! section `.handlers`, which is not loaded: interrupt, task, priority, and runs in a control
+//! period (0 for those that depend on the bus).
 
 /// The list of the handlers, as text in the program.
 macro_rules! handlers {
@@ -329,8 +329,8 @@ macro_rules! actuator_program {
                 rtic::pend(Interrupt::$bus_status);
             }
 
-            // The FIFO holds three frames, 141 us at 1 Mbit/s: longer than the tasks of the loop take,
-            // and shorter than a communication cycle.
+            // The FIFO holds three frames, 141 us at 1 Mbit/s: longer than the tasks of the loop
+            // take, and shorter than a communication cycle.
             #[task(binds = $frame_received, priority = 3, local = [can_receiver, received])]
             fn frame_received(cx: frame_received::Context) {
                 loop {

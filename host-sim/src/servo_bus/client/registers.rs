@@ -8,7 +8,7 @@ use crate::error::Error;
 /// The register of a table with this name, in any case and with hyphens or underscores.
 ///
 /// # Errors
-/// For a name that is none.
+/// For an unknown name.
 pub fn register(table: &'static Table, name: &str) -> Result<&'static Register, Error> {
     let wanted = name.trim().to_lowercase().replace(['-', ' '], "_");
     table.register(&wanted).ok_or_else(|| {

@@ -92,8 +92,8 @@ impl X {
         })
     }
 
-    /// Greatest velocity and acceleration of a motion from rest that lasts a time and accelerates for
-    /// another one, at most half of it, ms.
+    /// Greatest velocity and acceleration of a motion from rest that lasts a time and accelerates
+    /// for another one, at most half of it, ms.
     fn timed(&self, time_ms: f64, acceleration_ms: f64) -> (f64, f64) {
         let way = self.ramp.position().abs_diff(self.get(x::GOAL_POSITION));
         let ramp_ms = acceleration_ms.min(time_ms / 2.0);

@@ -8,8 +8,8 @@ use super::{OVERLOAD, SPEED_UNIT, Sts};
 
 const PERIOD_US: u32 = 1000;
 
-/// Duty of the wheel mode per step/s, and per step, and unit of the coefficient: both make the loop of
-/// an STS3215 with the defaults of 10 and 10 settle in 0.2 s.
+/// Duty of the wheel mode per step/s, and per step, and unit of the coefficient: both make the loop
+/// of an STS3215 with the defaults of 10 and 10 settle in 0.2 s.
 const WHEEL_P: f64 = 1e-5;
 const WHEEL_I: f64 = 1e-3;
 
