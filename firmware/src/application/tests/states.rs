@@ -344,3 +344,61 @@ fn missed_periods_are_counted_and_leave_no_jump_in_the_rate() {
     // A count a period is 22 deg/s; over three periods and with a share of 0.4 a tenth of that.
     assert!(jump.abs() < rate(9.0), "{jump}");
 }
+
+#[test]
+fn a_bridge_that_trips_while_the_board_initialises_is_latched_and_coasts() {
+    let mut board = Configured::new(BoardParameters::DEFAULT);
+    let outputs = board.control_period(&Samples {
+        encoder: None,
+        bridge_tripped: true,
+        ..Samples::at_rest(word(0))
+    });
+    assert_eq!(outputs.fault, Some(Fault::BridgeTripped));
+    assert_eq!(
+        (outputs.state, outputs.bridge),
+        (BoardState::Fault, Bridge::Coast)
+    );
+}
+
+/// Control periods that a board initialises whose back-EMF is that of this rate, deg/s, and whose
+/// encoder turns by so many counts a period.
+fn initialising_periods(rate_deg_s: f64, counts: u16) -> u32 {
+    let mut board = Configured::new(BoardParameters::DEFAULT);
+    let mut periods = 0;
+    loop {
+        let mut samples = Samples::at_rest(word(periods as u16 * counts % 4096));
+        turn(&mut samples, rate_deg_s);
+        periods += 1;
+        if board.control_period(&samples).state != BoardState::Initialising {
+            return periods;
+        }
+    }
+}
+
+#[test]
+fn the_board_waits_for_a_shaft_that_turns_for_a_second_and_for_an_offset_of_the_legs_40_ms() {
+    assert_eq!(initialising_periods(0.0, 0), 1);
+    assert_eq!(initialising_periods(10.0, 0), 10);
+    assert_eq!(initialising_periods(90.0, 4), 250);
+}
+
+#[test]
+fn a_back_emf_that_lies_while_the_shaft_is_held_does_not_turn_it_after_the_fault() {
+    let mut board = TestBoard::turning();
+    board.command = Some(board.outputs.telemetry.angle);
+    board.steps(300);
+    // The legs show 2.9 V from now on, whatever the motor does.
+    let lie = |samples: &mut Samples| turn(samples, 145.0);
+    while board.step_with(lie).state != BoardState::Fault {}
+    let begin = board.outputs.telemetry.angle;
+    for _ in 0..500 {
+        board.step_with(lie);
+    }
+    assert!(
+        board.rate_deg_s().abs() < 1.0,
+        "{} deg/s",
+        board.rate_deg_s()
+    );
+    let way = board.outputs.telemetry.angle - begin;
+    assert!(way.abs() < angle(45.0), "{way} deg");
+}
