@@ -62,10 +62,38 @@ impl LoopParameters {
 mod tests {
     use super::*;
     use crate::{
-        application::{Samples, Start},
+        application::{BoardState, Samples, Start},
         control_loop::{Commands, ExcitationRequest, Inputs, Loop},
     };
-    use model_core::control::encoder_word::EncoderWord;
+    use model_core::control::encoder_word::{EncoderCount, EncoderWord, Magnet};
+
+    #[test]
+    fn a_restart_of_a_driven_loop_begins_with_a_quick_stop() {
+        let parameters = LoopParameters::of(&StoredParameters::DEFAULT);
+        let (mut commands, excitation) = (Commands::DEFAULT, ExcitationRequest::NONE);
+        let mut control_loop = Loop::new((&commands, &parameters, &excitation), Start::default());
+        let mut step = |commands: &Commands| {
+            let outputs = *control_loop.step(&Inputs {
+                samples: &Samples::at_rest(EncoderWord::of(EncoderCount::new(0), Magnet::Steady)),
+                was_late: false,
+                commands,
+                parameters: &parameters,
+                excitation: &excitation,
+            });
+            (outputs.state, outputs.taken.restarts)
+        };
+        for control in [0x06, 0x07, 0x0f, 0x0f] {
+            let (taken, mut command) = (commands.number(), *commands.newest());
+            command.control = control;
+            assert!(commands.set(&command, false, taken));
+            step(&commands);
+        }
+        assert_eq!(step(&commands), (BoardState::Enabled, 0));
+        commands.restart();
+        assert_eq!(step(&commands), (BoardState::QuickStop, 0));
+        let restarted = (0..20).find(|_| step(&commands).1 == 1);
+        assert!(restarted.is_some());
+    }
 
     #[test]
     fn a_restart_takes_the_parameters_of_the_mailbox() {

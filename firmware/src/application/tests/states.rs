@@ -402,3 +402,37 @@ fn a_back_emf_that_lies_while_the_shaft_is_held_does_not_turn_it_after_the_fault
     let way = board.outputs.telemetry.angle - begin;
     assert!(way.abs() < angle(45.0), "{way} deg");
 }
+
+#[test]
+fn a_quick_stop_while_the_motor_accelerates_does_not_turn_the_shaft_back() {
+    // Bare, and with the inertia of a load.
+    for inertia in [1.0, 2.0, 4.0] {
+        for accelerated in (2..90).step_by(2) {
+            let mut board = TestBoard::enabled();
+            let mut plant = without_stop();
+            plant.motor_time_constant_s *= inertia;
+            board.motor.plant = FirstOrder::try_new(plant, Pwm::Average).unwrap();
+            board.command = Some(angle(30_000.0));
+            board.steps(accelerated);
+            board.request(Request::QuickStop);
+            board.command = None;
+            // The duty does not exceed the back-EMF any more: no current accelerates the shaft.
+            let first = board.step().telemetry;
+            let share_pct = f64::from(first.back_emf_mv) / f64::from(first.supply_mv) * 100.0;
+            let duty_pct = first.duty.to_f64();
+            assert!(
+                first.rate < rate(5.0) || duty_pct <= share_pct + 1.0,
+                "{duty_pct} % of {share_pct} %"
+            );
+            let mut furthest = 0.0_f64;
+            while board.step().state == BoardState::QuickStop {
+                furthest = furthest.max(board.motor.plant.at(20).angle_deg);
+            }
+            let back = furthest - board.motor.plant.at(20).angle_deg;
+            assert!(
+                back < 0.5,
+                "{back} deg, {inertia} times, {accelerated} periods"
+            );
+        }
+    }
+}
