@@ -11,9 +11,12 @@
 //! | quick stop | enabled | [`Request::Enable`] |
 //! | enabled, quick stop | fault reaction | a fault whose reaction is a quick stop |
 //! | enabled, quick stop, fault reaction | fault reaction | a fault whose reaction is a stop by the back-EMF, and after which the motor may brake |
+//! | fault reaction | fault hold | the shaft is at rest, and all latched faults permit to hold it |
 //! | fault reaction | fault | the shaft is at rest; `quick_stop_ms` has elapsed; [`Request::Disable`] |
+//! | fault hold | fault reaction | as in the state enabled |
+//! | fault hold | fault | [`Request::Disable`] |
 //! | any | fault | any other fault |
-//! | fault | disabled | [`Request::Acknowledge`] |
+//! | fault, fault hold | disabled | [`Request::Acknowledge`] |
 //!
 //! While the bridge is off, faults are reported in [`Telemetry::present`] and block
 //! [`Request::Enable`], but are not latched. Only events that would be lost otherwise are latched
@@ -24,6 +27,7 @@
 //! protect, change the state, regulate, make the compare value of the duty.
 
 mod back_emf_brake;
+mod current_limit;
 mod regulation;
 mod requests;
 mod stop_progress;
@@ -41,12 +45,15 @@ pub use crate::interface::{
 
 pub(crate) use self::requests::may_retune;
 
-use self::{back_emf_brake::BackEmfBrake, stop_progress::StopProgress, stopping::Stopping};
+use self::{
+    back_emf_brake::BackEmfBrake, current_limit::CurrentLimit, stop_progress::StopProgress,
+    stopping::Stopping,
+};
 use crate::{
     command::SetpointSource,
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, PERMANENT, Reaction},
     parameters::{BoardParameters, StopSettings},
-    protection::{Conditions, Measured, Protection},
+    protection::{Conditions, Measured, Protection, Winding},
     timing::periods,
     velocity::VelocityTracker,
 };
@@ -118,6 +125,7 @@ pub struct Application {
     /// The stop without an encoder, in [`BoardState::FaultReaction`].
     back_emf_stop: Option<StopProgress>,
     back_emf_brake: BackEmfBrake,
+    current_limit: CurrentLimit,
     log: FaultLog,
     start: FaultSet,
     is_late: bool,
@@ -150,11 +158,27 @@ impl Application {
             stopping: Stopping::default(),
             back_emf_stop: None,
             back_emf_brake: BackEmfBrake::default(),
+            current_limit: CurrentLimit::default(),
             log: FaultLog::default(),
             start: start.faults(),
             is_late: false,
             outputs: Outputs::default(),
         }
+    }
+
+    /// The temperatures of the motor.
+    pub(crate) fn winding(&self) -> &Winding {
+        self.protection.winding()
+    }
+
+    /// Continues with these temperatures after a restart.
+    pub(crate) fn continue_with(&mut self, winding: Winding) {
+        self.protection.continue_with(winding);
+    }
+
+    /// Whether the heat of the winding or a weak supply reduces the current.
+    pub(crate) fn is_derated(&self) -> bool {
+        self.current_limit.is_reduced()
     }
 
     /// The operating state.
@@ -201,7 +225,7 @@ impl Application {
     /// its time.
     pub(crate) fn has_stopped(&self, settings: &StopSettings) -> bool {
         match self.state {
-            BoardState::QuickStop => self.stopping.is_late(settings),
+            BoardState::QuickStop | BoardState::FaultHold => self.stopping.is_late(settings),
             state => !state.is_driving(),
         }
     }
@@ -343,7 +367,9 @@ impl Application {
         }
         let relevant = match self.state {
             BoardState::Enabled => present,
-            BoardState::QuickStop | BoardState::FaultReaction => present.without(OF_COMMANDS),
+            BoardState::QuickStop | BoardState::FaultReaction | BoardState::FaultHold => {
+                present.without(OF_COMMANDS)
+            }
             _ => present.and(ALWAYS),
         };
         self.latch(parameters, relevant);
@@ -360,8 +386,8 @@ impl Application {
                 {
                     self.stop(BoardState::FaultReaction)
                 }
-                // The ramp is already running.
-                (Reaction::QuickStop, BoardState::QuickStop) => {
+                // The ramp is already running, or the shaft is held after it.
+                (Reaction::QuickStop, BoardState::QuickStop | BoardState::FaultHold) => {
                     self.state = BoardState::FaultReaction
                 }
                 (Reaction::QuickStop, BoardState::FaultReaction) => {}
@@ -385,6 +411,7 @@ impl Application {
         t.rate_command = self.last_step.rate_command;
         t.duty = self.last_step.duty;
         t.limits = self.last_step.limits;
+        t.winding_mdeg_c = (self.protection.winding().deg_c() * 1000.0) as i32;
         t.servo_pulse_us = self.setpoints.servo_pulse_us();
         t.servo_glitches = self.setpoints.servo_glitches();
         t.source = self.setpoints.source();
@@ -394,9 +421,11 @@ impl Application {
     }
 }
 
-/// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.
+/// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF; where it
+/// may hold the shaft, it does so after a quick stop.
 fn reaction(parameters: &BoardParameters, fault: Fault) -> Reaction {
     match fault.reaction() {
+        Reaction::SwitchOff if parameters.holding_faults().contains(fault) => Reaction::QuickStop,
         Reaction::StopByBackEmf if !parameters.braking_faults().contains(fault) => {
             Reaction::SwitchOff
         }

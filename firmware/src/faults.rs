@@ -9,7 +9,9 @@ mod tests;
 
 pub use log::{FaultLog, FaultRecord, HISTORY};
 pub use set::FaultSet;
-pub use table::{ALWAYS, FaultDescription, OF_COMMANDS, PERMANENT, Reaction, TABLE, Watched};
+pub use table::{
+    ALWAYS, FaultDescription, HOLDABLE, OF_COMMANDS, PERMANENT, Reaction, TABLE, Watched,
+};
 
 /// A fault. The numbers never change: they are transmitted on the bus and stored in logs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

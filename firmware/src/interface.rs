@@ -15,7 +15,7 @@ use model_core::{
 use crate::{
     faults::{Fault, FaultSet},
     measure::MotorConstants,
-    parameters::{BoardParameters, CommandSettings, Parameter},
+    parameters::{BoardParameters, CommandSettings, LimitSettings, Parameter},
 };
 
 /// The samples of a control period.
@@ -84,6 +84,8 @@ pub struct Settings<'a> {
     pub board: &'a BoardParameters,
     /// The constants of the motor.
     pub motor: &'a MotorConstants,
+    /// The limits of torque and current.
+    pub limits: &'a LimitSettings,
 }
 
 /// State of the CAN controller (ISO 11898-1, fault confinement).
@@ -117,12 +119,17 @@ pub enum BoardState {
     FaultReaction = 4,
     /// The motor brakes or coasts because of a fault (fault).
     Fault = 5,
+    /// The shaft is held with limited current because of a fault (fault).
+    FaultHold = 6,
 }
 
 impl BoardState {
-    /// Whether the loop is closed, or the shaft is decelerated to rest.
+    /// Whether the loop is closed, or the shaft is decelerated to rest or held there.
     pub const fn is_driving(self) -> bool {
-        matches!(self, Self::Enabled | Self::QuickStop | Self::FaultReaction)
+        matches!(
+            self,
+            Self::Enabled | Self::QuickStop | Self::FaultReaction | Self::FaultHold
+        )
     }
 }
 
@@ -292,6 +299,8 @@ pub struct Telemetry {
     pub supply_mv: i32,
     /// Temperature, thousandths of a degree Celsius.
     pub temperature_mdeg_c: i32,
+    /// Temperature of the winding by its thermal model, thousandths of a degree Celsius.
+    pub winding_mdeg_c: i32,
     /// The velocity that is reported, mdeg/s.
     pub velocity_mdeg_s: i32,
     /// The last servo pulse, us; 0 before the first.

@@ -6,13 +6,14 @@
 mod motor;
 mod ntc;
 mod ripple;
+mod single;
 
 use model_core::sensors::{
     adc::{AdcCode, CurrentSenseParameters},
     dividers::{LEG_DIVIDER, SUPPLY_DIVIDER},
 };
 
-pub use motor::MotorConstants;
+pub use motor::{MotorConstants, Thermal};
 pub use ntc::temperature_mdeg_c;
 pub use ripple::{PeriodCurrent, Ripple};
 

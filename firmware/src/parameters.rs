@@ -88,7 +88,7 @@ pub(crate) mod tests;
 use model_core::control::{cascade::Coefficients, parameters::ControlParameters};
 use model_core::parameter::Parameters;
 
-use crate::faults::FaultSet;
+use crate::faults::{FaultSet, HOLDABLE};
 
 pub use generated::*;
 
@@ -140,6 +140,12 @@ impl BoardParameters {
     /// The faults after which the motor brakes.
     pub fn braking_faults(&self) -> FaultSet {
         FaultSet::of_bits(self.stop.brake_faults as u32)
+    }
+
+    /// The faults after which the shaft is held: those of `hold_faults` whose condition leaves
+    /// encoder, current measurement and motor as they are.
+    pub fn holding_faults(&self) -> FaultSet {
+        FaultSet::of_bits(self.stop.hold_faults as u32).and(HOLDABLE)
     }
 
     /// Writes all parameters as words: the control parameters, then [`Parameter::ALL`].

@@ -4,16 +4,17 @@
 //! limit. A missing sample does not change the counter. The application decides by its state which
 //! faults it latches and how it reacts.
 
-pub mod current;
 pub mod encoder;
 pub mod following;
 mod lasting;
+mod over_current;
 pub mod plausibility;
 pub mod stall;
 pub mod supply;
 pub mod temperature;
 pub mod timing;
 pub mod travel;
+mod winding;
 
 use model_core::control::{
     cascade::Setpoint,
@@ -23,8 +24,10 @@ use model_core::control::{
     units::{Angle, Percent, Rate},
 };
 
+pub use self::winding::Winding;
+
 use self::{
-    current::CurrentGuard, encoder::EncoderGuard, following::FollowingGuard,
+    encoder::EncoderGuard, following::FollowingGuard, over_current::OverCurrentGuard,
     plausibility::PlausibilityGuard, stall::StallGuard, supply::SupplyGuard,
     temperature::TemperatureGuard, timing::TimingGuard, travel::TravelGuard,
 };
@@ -88,7 +91,7 @@ pub struct Conditions<'a> {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Protection {
     encoder: EncoderGuard,
-    current: CurrentGuard,
+    over_current: OverCurrentGuard,
     stall: StallGuard,
     following: FollowingGuard,
     supply: SupplyGuard,
@@ -96,6 +99,7 @@ pub struct Protection {
     timing: TimingGuard,
     plausibility: PlausibilityGuard,
     travel: TravelGuard,
+    winding: Winding,
     is_complete: bool,
 }
 
@@ -115,7 +119,7 @@ impl Protection {
         shaft: &ShaftTracker,
         compare: PwmCompare,
     ) -> Measured {
-        let Settings { board, motor } = settings;
+        let Settings { board, motor, .. } = settings;
         let scan = samples.scan;
         let back_emf_mv =
             scan.and_then(|Scan { leg_a, leg_b, .. }| measure::back_emf_mv(leg_a, leg_b));
@@ -156,7 +160,7 @@ impl Protection {
         let mut present = self
             .encoder
             .check(&p.encoder, c)
-            .or(self.current.check(&p.current, c))
+            .or(self.over_current.check(&p.current, c))
             .or(self.supply.check(&p.supply, c))
             .or(self.temperature.check(&p.temperature, c))
             .or(self.timing.check(&p.timing, c))
@@ -165,12 +169,24 @@ impl Protection {
                 .plausibility
                 .check(&p.encoder, &settings.motor.ripple, c));
         (self.travel).learn(c.is_driving, c.measured.travelled, c.measured.back_emf_mv);
+        self.winding.update(settings.motor, c);
+        present.put(Fault::Overload, self.winding.below_limit_k(p) <= 0.0);
         present.put(Fault::Stall, self.stall.check(&p.stall, c));
         present.put(Fault::FollowingError, self.following.check(&p.following, c));
         present.put(Fault::CommandTimeout, c.is_stale);
         present.put(Fault::BusOff, c.is_bus_lost);
         present.put(Fault::BridgeTripped, c.is_tripped);
         present
+    }
+
+    /// The temperatures of the motor.
+    pub fn winding(&self) -> &Winding {
+        &self.winding
+    }
+
+    /// Continues with these temperatures.
+    pub fn continue_with(&mut self, winding: Winding) {
+        self.winding = winding;
     }
 
     /// The loop is closed: protections of the motion restart.

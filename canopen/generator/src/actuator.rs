@@ -12,7 +12,7 @@ use crate::{
 const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
 
 /// The groups of stored fields: path, type and content.
-const GROUPS: [Group; 17] = [
+const GROUPS: [Group; 18] = [
     Group::new(
         StorageLocation::Parameters,
         "command",
@@ -108,6 +108,12 @@ const GROUPS: [Group; 17] = [
         "profile",
         "ProfileSettings",
         "Settings of the drive profile CiA 402.",
+    ),
+    Group::new(
+        StorageLocation::Values,
+        "limits",
+        "LimitSettings",
+        "Limits of torque and current.",
     ),
     Group::new(
         StorageLocation::Values,

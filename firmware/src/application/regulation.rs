@@ -8,7 +8,7 @@ use model_core::control::{
 };
 
 use super::{
-    AFTER_A_RESET, Application, BoardState, Bridge, Settings, back_emf_brake,
+    AFTER_A_RESET, Application, BoardState, Bridge, Settings, back_emf_brake, current_limit,
     stop_progress::StopProgress,
 };
 use crate::{
@@ -37,20 +37,23 @@ impl Application {
     ) {
         let parameters = settings.board;
         let is_valid = measured.count.is_some();
+        if let Some((current, supply_mv)) = measured.current.zip(measured.supply_mv) {
+            (self.current_limit).observe(settings, supply_mv, current.mean_ma);
+        }
         match self.state {
             BoardState::FaultReaction if self.back_emf_stop.is_some() => {
                 self.stop_without_encoder(parameters, measured.back_emf_mv);
                 self.oppose_back_emf(settings, measured);
             }
-            BoardState::QuickStop | BoardState::FaultReaction => {
-                self.decelerate(parameters, is_valid)
+            BoardState::QuickStop | BoardState::FaultReaction | BoardState::FaultHold => {
+                self.decelerate(settings, is_valid)
             }
             BoardState::Enabled if is_valid => {
                 if let Some((current, back_emf_mv)) = measured.current.zip(measured.back_emf_mv) {
                     self.back_emf_brake.observe(current, back_emf_mv);
                 }
                 let step = self.control.regulate(&parameters.control, setpoint);
-                self.apply(step);
+                self.apply_limited(settings, step);
             }
             _ => {}
         }
@@ -80,7 +83,6 @@ impl Application {
     /// A duty that opposes the back-EMF. Where it is not measured the duty is zero, which shorts the
     /// motor.
     fn oppose_back_emf(&mut self, settings: Settings<'_>, measured: &Measured) {
-        let p = settings.board;
         let back_emf_mv = measured.back_emf_mv;
         if let Some((current, back_emf_mv)) = measured.current.zip(back_emf_mv)
             && measured.count.is_some()
@@ -90,22 +92,17 @@ impl Application {
             (self.back_emf_brake).verify(duty, rate, current, expected_ma);
         }
         let voltages = (back_emf_mv.unwrap_or(0), self.outputs.telemetry.supply_mv);
-        let duty = (self.back_emf_brake).opposing(&p.current, &settings.motor.ripple, voltages);
         self.apply(CascadeStep {
-            duty: duty.limited(p.control.duty_limit()),
+            duty: self.opposing(settings, voltages),
             ..CascadeStep::default()
         });
     }
 
     /// One period of a quick stop, and its end.
-    fn decelerate(&mut self, parameters: &BoardParameters, is_valid: bool) {
-        let BoardParameters {
-            stop: settings,
-            control: gains,
-            ..
-        } = parameters;
+    fn decelerate(&mut self, settings: Settings<'_>, is_valid: bool) {
+        let BoardParameters { stop, control, .. } = settings.board;
         let rate = self.control.rate();
-        let command = self.stopping.next(settings, rate);
+        let command = self.stopping.next(stop, rate);
         if is_valid && self.stopping.arrives(rate) {
             self.stopping.hold(self.control.angle());
             if self.stopping.began_in_motion() {
@@ -115,18 +112,49 @@ impl Application {
         let held = self.stopping.holds_at();
         if is_valid {
             let step = match held {
-                Some(angle) => self.control.regulate(gains, angle),
-                None => self.control.decelerate(gains, command),
+                Some(angle) => self.control.regulate(control, angle),
+                None => self.control.decelerate(control, command),
             };
-            self.apply(step);
+            self.apply_limited(settings, step);
         }
         match self.state {
-            BoardState::QuickStop if !self.stopping.is_over(settings) => {}
-            BoardState::QuickStop if settings.quick_stop_hold == 1 => {}
+            BoardState::QuickStop if !self.stopping.is_over(stop) => {}
+            BoardState::QuickStop if stop.quick_stop_hold == 1 => {}
             BoardState::QuickStop => self.state = BoardState::Disabled,
-            _ if self.stopping.is_late(settings) => self.state = BoardState::Fault,
+            _ if self.stopping.is_late(stop) => self.state = self.after_the_stop(settings.board),
             _ => {}
         }
+    }
+
+    /// The shaft is held where it has come to rest, if all faults permit it.
+    fn after_the_stop(&self, parameters: &BoardParameters) -> BoardState {
+        let others = (self.log.latched()).without(parameters.holding_faults());
+        match self.stopping.holds_at() {
+            Some(_) if others.is_empty() => BoardState::FaultHold,
+            _ => BoardState::Fault,
+        }
+    }
+
+    /// Applies a step of the control law within the limit of the current.
+    fn apply_limited(&mut self, settings: Settings<'_>, mut step: CascadeStep) {
+        let t = &self.outputs.telemetry;
+        let voltages = (t.back_emf_mv, t.supply_mv);
+        let winding = self.protection.winding();
+        let limit_ma = self.current_limit.next(settings, winding);
+        let resistance_ohm = settings.motor.resistance_ohm() * winding.resistance_ratio();
+        if let Some((least, most)) = current_limit::window(limit_ma, resistance_ohm, voltages) {
+            let braking = self.opposing(settings, voltages);
+            let window = (least.min(braking), most.max(braking));
+            (self.control).limit_duty(&settings.board.control, &mut step, window);
+        }
+        self.apply(step);
+    }
+
+    /// The duty of the brake at these voltages of back-EMF and supply.
+    fn opposing(&self, settings: Settings<'_>, voltages: (i32, i32)) -> Percent {
+        let (limits, ripple) = (&settings.board.current, &settings.motor.ripple);
+        let duty = self.back_emf_brake.opposing(limits, ripple, voltages);
+        duty.limited(self.current_limit.braking_duty(settings))
     }
 
     /// Takes the duty of a control step as a compare value for the timer.

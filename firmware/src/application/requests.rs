@@ -1,6 +1,6 @@
 //! Requests to the application between two control periods.
 
-use model_core::control::cascade::CascadeStep;
+use model_core::control::{cascade::CascadeStep, units::Rate};
 
 use super::{
     Application, BoardState, POSITION_WRONG, Refused, Request, back_emf_brake, stopping::Stopping,
@@ -28,7 +28,7 @@ pub(crate) fn may_retune(
             other.differs_in_control_only(present)
                 && other.control.has_mounting_of(&present.control)
         }
-        BoardState::QuickStop | BoardState::FaultReaction => false,
+        BoardState::QuickStop | BoardState::FaultReaction | BoardState::FaultHold => false,
         _ => true,
     };
     may_change.then_some(()).ok_or(Refused::NotWhileDriving)
@@ -69,11 +69,11 @@ impl Application {
             Request::Disable => self.disable(),
             Request::QuickStop => match self.state {
                 BoardState::Enabled => self.stop(BoardState::QuickStop),
-                BoardState::QuickStop | BoardState::FaultReaction => {}
+                BoardState::QuickStop | BoardState::FaultReaction | BoardState::FaultHold => {}
                 state => return Err(Refused::State(state)),
             },
             Request::Acknowledge => match self.state {
-                BoardState::Fault => self.acknowledge(),
+                BoardState::Fault | BoardState::FaultHold => self.acknowledge(),
                 state => return Err(Refused::State(state)),
             },
             Request::Command(setpoint) => {
@@ -154,14 +154,22 @@ impl Application {
         self.back_emf_stop = None;
         self.state = match self.state {
             BoardState::Enabled | BoardState::QuickStop => BoardState::Disabled,
-            BoardState::FaultReaction => BoardState::Fault,
+            BoardState::FaultReaction | BoardState::FaultHold => BoardState::Fault,
             state => state,
         };
     }
 
     /// Starts to decelerate the shaft, with the duty of its back-EMF: no current flows.
     pub(super) fn stop(&mut self, state: BoardState) {
-        self.stopping = Stopping::from(self.control.rate());
+        // A stalled shaft stands, whatever a count that flickers at its edge makes of its rate: the
+        // duty that holds the load stays.
+        let is_stalled = self.log.latched().contains(Fault::Stall);
+        let rate = if is_stalled {
+            Rate::ZERO
+        } else {
+            self.control.rate()
+        };
+        self.stopping = Stopping::from(rate);
         let t = &self.outputs.telemetry;
         if self.stopping.began_in_motion() {
             self.control

@@ -150,7 +150,9 @@ impl Loop {
                 .has_stopped(&self.parameters.board.stop)
             {
                 self.parameters = *parameters;
+                let winding = *self.state.application.winding();
                 self.state = State::new((commands, parameters, excitation), self.state.start);
+                self.state.application.continue_with(winding);
             }
             return;
         }
@@ -296,6 +298,9 @@ impl State {
     }
 
     fn has_failed(&self) -> bool {
-        self.application.state() == BoardState::Fault
+        matches!(
+            self.application.state(),
+            BoardState::Fault | BoardState::FaultHold
+        )
     }
 }

@@ -3,7 +3,7 @@
 
 use canopen::cia402::{
     self, Cia402State, Command, Demand, Input, Mode, Output, Parameters as AxisParameters,
-    StopOption, controlword,
+    StopOption, controlword, statusword,
 };
 
 use model_core::control::cascade::Setpoint;
@@ -62,7 +62,14 @@ impl State {
         let input = self.input(parameters, is_new_position, is_new_velocity);
         let output = self.axis.step(&input, &parameters.axis);
         self.motion.state = output.state;
+        let limits = self.application.telemetry().limits;
         self.motion.status = output.statusword;
+        if limits.current {
+            self.motion.status |= statusword::INTERNAL_LIMIT;
+        }
+        if self.application.is_derated() {
+            self.motion.status |= statusword::WARNING;
+        }
         self.motion.mode = output.mode_display;
         self.motion.following_error_mdeg = output.following_error;
         self.motion.is_powered = output.demand != Demand::Off;
@@ -112,7 +119,7 @@ impl State {
 
     fn fault(&self) -> cia402::Fault {
         match self.application.state() {
-            BoardState::Fault => cia402::Fault::Immediate,
+            BoardState::Fault | BoardState::FaultHold => cia402::Fault::Immediate,
             BoardState::FaultReaction => cia402::Fault::Controlled,
             _ if self.command_faults.is_empty() => cia402::Fault::None,
             // The application has no fault: it can decelerate the shaft.
@@ -135,10 +142,12 @@ impl State {
     }
 
     fn power_off(&mut self, axis: &AxisParameters, state: Cia402State) {
-        // The application decelerates the shaft by itself, unless power must be removed at once.
+        // The application decelerates and holds the shaft by itself, unless power must be removed at once.
         let coasts = axis.options.fault_reaction == StopOption::Disable;
-        let reacts = self.application.state() == BoardState::FaultReaction
-            && state == Cia402State::Fault
+        let reacts = matches!(
+            self.application.state(),
+            BoardState::FaultReaction | BoardState::FaultHold
+        ) && state == Cia402State::Fault
             && !coasts;
         if self.application.state().is_driving() && !reacts {
             let _ = self.application.request(Request::Disable);

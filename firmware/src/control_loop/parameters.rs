@@ -7,7 +7,7 @@ use crate::{
     drive::StoredParameters,
     interface::Settings,
     measure::MotorConstants,
-    parameters::{BoardParameters, FailsafeSettings, ObjectValues},
+    parameters::{BoardParameters, FailsafeSettings, LimitSettings, ObjectValues},
 };
 
 /// Everything that the loop uses and a front end can set.
@@ -23,6 +23,8 @@ pub struct LoopParameters {
     pub failsafe: FailsafeSettings,
     /// The constants of the motor.
     pub motor: MotorConstants,
+    /// The limits of torque and current.
+    pub limits: LimitSettings,
 }
 
 impl LoopParameters {
@@ -35,6 +37,7 @@ impl LoopParameters {
             axis: axis_parameters(values, &stored.board),
             failsafe: values.failsafe,
             motor: MotorConstants::of(&values.model),
+            limits: values.limits,
         }
     }
 
@@ -43,13 +46,16 @@ impl LoopParameters {
         Settings {
             board: &self.board,
             motor: &self.motor,
+            limits: &self.limits,
         }
     }
 
-    /// Takes over the values of objects: profile, reaction to the loss of the master, and winding.
+    /// Takes over the values of objects: profile, reaction to the loss of the
+    /// master, and limits of torque and current.
     pub(crate) fn set_values(&mut self, values: &ObjectValues) {
         self.axis = axis_parameters(values, &self.board);
         self.failsafe = values.failsafe;
+        self.limits = values.limits;
     }
 
     /// Takes over the motor of object 2011h.

@@ -66,6 +66,8 @@ impl Drive<'_> {
                 short(thousandths(t.duty).saturating_mul(t.supply_mv) / 100_000)
             }
             Measured::SupplyMv => t.supply_mv.max(0) as u64,
+            Measured::WindingTemperature => short(t.winding_mdeg_c / 100),
+            Measured::RatedTorqueMnm => u64::from(self.rated_torque_mnm()),
             Measured::Temperature => short(t.temperature_mdeg_c / 100),
             Measured::SampleCounter => u64::from(t.tick as u16),
             Measured::SampleTimeUs => u64::from(t.tick.wrapping_mul(PERIOD_US)),
@@ -118,9 +120,17 @@ impl Drive<'_> {
         first.map_or(0, |fault| emergency::code(fault).0)
     }
 
+    /// Torque of the rated current at the output.
+    fn rated_torque_mnm(&self) -> u32 {
+        let model = &self.values.model;
+        let rated_ma = self.parameters().current.rated_ma as f32;
+        // mA times N m/A; saturates.
+        (rated_ma * model.torque_constant_nm_a * model.gear_ratio) as u32
+    }
+
     /// In thousandths.
     fn permille_of_rated_current(&self, current_ma: i32) -> i32 {
-        let rated_ma = self.parameters().current.continuous_ma;
+        let rated_ma = self.parameters().current.rated_ma;
         // Within 1650 times 1000.
         let share = current_ma.saturating_mul(1000).checked_div(rated_ma);
         share.unwrap_or(0)

@@ -92,6 +92,21 @@ pub const PERMANENT: FaultSet = FaultSet::of(&[Fault::ProgramCorrupt]);
 pub const OF_COMMANDS: FaultSet =
     FaultSet::of(&[Fault::FollowingError, Fault::CommandTimeout, Fault::BusOff]);
 
+/// Faults after which the shaft can be held, with limited current.
+pub const HOLDABLE: FaultSet = FaultSet::of(&[
+    Fault::MagnetWeak,
+    Fault::Overload,
+    Fault::Stall,
+    Fault::FollowingError,
+    Fault::OverTemperature,
+    Fault::CommandTimeout,
+    Fault::BusOff,
+]);
+
+/// Control periods in which twice the rated current heats the winding of the default model from 25
+/// to 120 deg C.
+const OVERLOADED_PERIODS: i32 = 9_520;
+
 /// PWM period, the delay until a new duty takes effect.
 const PWM_PERIOD_MS: u32 = 1;
 
@@ -101,9 +116,12 @@ impl Fault {
         match self {
             // Encoder, current measurement and motor work, so the shaft can be brought to rest. A
             // following error may be caused by an inverted encoder, where a ramp would accelerate.
-            Self::MagnetWeak | Self::OverTemperature | Self::CommandTimeout | Self::BusOff => {
-                Reaction::QuickStop
-            }
+            Self::MagnetWeak
+            | Self::Overload
+            | Self::Stall
+            | Self::OverTemperature
+            | Self::CommandTimeout
+            | Self::BusOff => Reaction::QuickStop,
             // The encoder is lost, the back-EMF is not.
             Self::EncoderInvalid
             | Self::MagnetLost
@@ -115,8 +133,8 @@ impl Fault {
     }
 
     /// Maximum time from the start of the condition to the control step that latches the fault, ms;
-    /// for [`Fault::Overload`] at twice the continuous current, starting cold, for
-    /// [`Fault::EncoderImplausible`] at a drift of 20 deg/s.
+    /// for [`Fault::Overload`] at twice the rated current, starting at 25 deg C, with the default
+    /// model, for [`Fault::EncoderImplausible`] at a drift of 20 deg/s.
     ///
     /// ```
     /// use firmware::{faults::Fault, parameters::BoardParameters};
@@ -130,7 +148,7 @@ impl Fault {
             Self::MagnetWeak => periods(p.encoder.magnet_weak_ms) as i32,
             Self::EncoderStuck => periods(p.encoder.stuck_ms) as i32,
             Self::OverCurrent => p.current.over_current_samples,
-            Self::Overload => periods(p.current.overload_ms) as i32,
+            Self::Overload => OVERLOADED_PERIODS,
             Self::Stall => periods(p.stall.stall_ms) as i32,
             // It compares the commanded rate of the previous control period.
             Self::FollowingError => periods(p.following.following_ms) as i32 + 1,
@@ -240,7 +258,7 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::Overload,
             "overload",
-            "I2t: heat of a mean square of twice `continuous_ma` for `overload_ms`",
+            "the winding, by its thermal model, at `winding_mdeg_c` although the current decreases over the 15 K below it",
             Driven,
             0x2350,
         ),
@@ -332,8 +350,8 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::CurrentImplausible,
             "current implausible",
-            "for 60 ms a mean current below a third of (duty x supply - back-EMF)/resistance, which is 150 mA or more: \
-             the current sense is dead, or the motor is not connected",
+            "for 60 ms a mean current below a third of (duty x supply - back-EMF)/resistance, which is 150 mA or more, or \
+             150 mA and 43 % of both parts beyond it: the current sense is wrong, or the motor is not connected",
             Driven,
             0x5210,
         ),

@@ -35,7 +35,9 @@ fn table() -> String {
     for row in TABLE {
         let p = &BoardParameters::DEFAULT;
         let watched = row.watched.words();
-        let end = if FaultSet::of_bits(p.stop.brake_faults as u32).contains(row.fault) {
+        let end = if p.holding_faults().contains(row.fault) {
+            "hold"
+        } else if FaultSet::of_bits(p.stop.brake_faults as u32).contains(row.fault) {
             "brake"
         } else {
             "coast"

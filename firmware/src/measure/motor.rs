@@ -1,7 +1,7 @@
 //! What the protections know of the motor: object 2011h as constants of a control period.
 
-use super::Ripple;
-use crate::parameters::ModelSettings;
+use super::{Ripple, single::Single};
+use crate::{parameters::ModelSettings, timing::CONTROL_PERIOD_MS};
 
 /// Degrees per radian.
 const DEG: f32 = 180.0 / core::f32::consts::PI;
@@ -16,6 +16,21 @@ pub struct MotorConstants {
     pub ripple: Ripple,
     /// Rate of the shaft per back-EMF, mdeg/s per mV, in 2^-8.
     rate_per_mv: i32,
+    resistance_ohm: Single,
+    thermal: [Single; 4],
+}
+
+/// How winding and housing warm in a control period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Thermal {
+    /// Rise of the winding at 25 deg C, K per mA^2: `R T/Cw`.
+    pub heating: f32,
+    /// Share of its excess over the housing that the winding loses: `T/(Rwh Cw)`.
+    pub winding_rate: f32,
+    /// Share of that excess by which the housing rises: `T/(Rwh Ch)`.
+    pub housing_gain: f32,
+    /// Share of its excess over the air that the housing loses: `T/(Rha Ch)`.
+    pub housing_rate: f32,
 }
 
 impl MotorConstants {
@@ -44,6 +59,24 @@ impl MotorConstants {
             } else {
                 rate_per_mv as i32
             },
+            resistance_ohm: Single::new(model.resistance_ohm),
+            thermal: thermal(model).map(Single::new),
+        }
+    }
+
+    /// The resistance of the cold winding, ohm.
+    pub fn resistance_ohm(&self) -> f32 {
+        self.resistance_ohm.get()
+    }
+
+    /// How the motor warms.
+    pub fn thermal(&self) -> Thermal {
+        let [heating, winding_rate, housing_gain, housing_rate] = self.thermal.map(Single::get);
+        Thermal {
+            heating,
+            winding_rate,
+            housing_gain,
+            housing_rate,
         }
     }
 
@@ -51,4 +84,25 @@ impl MotorConstants {
     pub const fn rate_mdeg_s(&self, back_emf_mv: i32) -> i32 {
         (back_emf_mv * self.rate_per_mv) >> 8
     }
+}
+
+/// The factors of [`Thermal`], with the capacities `Cw = Tw/Rwh` and `Ch = Th/Rha`.
+fn thermal(model: &ModelSettings) -> [f32; 4] {
+    let period_s = CONTROL_PERIOD_MS as f32 * 1e-3;
+    let ModelSettings {
+        winding_housing_k_w: inner_k_w,
+        housing_ambient_k_w: outer_k_w,
+        winding_time_s,
+        housing_time_s,
+        ..
+    } = *model;
+    let winding_rate = period_s / winding_time_s;
+    let housing_rate = period_s / housing_time_s;
+    [
+        // A mA^2 is 1e-6 A^2.
+        model.resistance_ohm * 1e-6 * winding_rate * inner_k_w,
+        winding_rate,
+        housing_rate * outer_k_w / inner_k_w,
+        housing_rate,
+    ]
 }

@@ -16,6 +16,7 @@
 //! The coast window in every last PWM period is not part of it. It takes at most 7.4 % from the
 //! mean over a control period (stall at full duty).
 
+use super::single::Single;
 use model_core::{
     control::pwm_timer::{APERTURE_CYCLES, CurrentInstant, PWM_COUNTS, PwmCompare, TIMER_DIVIDER},
     time::PWM_RATE_HZ,
@@ -31,31 +32,13 @@ const STEP_COUNTS: u32 = PWM_COUNTS as u32 / STEPS as u32;
 /// Counts of the dead time: the on time begins so much after the edge.
 const DEAD_COUNTS: f32 = 168.0 / TIMER_DIVIDER as f32;
 
-/// The factors for one duty, as the bits of single precision: as words they are equal if and only if
-/// every bit is.
+/// The factors for one duty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 struct Factors {
-    excess_bits: u32,
-    variance_bits: u32,
-}
-
-impl Factors {
-    fn new(excess: f32, variance: f32) -> Self {
-        Self {
-            excess_bits: excess.to_bits(),
-            variance_bits: variance.to_bits(),
-        }
-    }
-
     /// `x(sample) - duty`.
-    fn excess(self) -> f32 {
-        f32::from_bits(self.excess_bits)
-    }
-
+    excess: Single,
     /// `mean of x^2 - duty^2`.
-    fn variance(self) -> f32 {
-        f32::from_bits(self.variance_bits)
-    }
+    variance: Single,
 }
 
 /// The current over a PWM period.
@@ -73,8 +56,8 @@ pub struct PeriodCurrent {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Ripple {
     table: [Factors; STEPS + 1],
-    /// 1/R, 1/ohm, as the bits of single precision.
-    conductance_bits: u32,
+    /// 1/R, 1/ohm.
+    conductance: Single,
 }
 
 impl Ripple {
@@ -88,12 +71,12 @@ impl Ripple {
         }
         Self {
             table,
-            conductance_bits: (1.0 / resistance_ohm).to_bits(),
+            conductance: Single::new(1.0 / resistance_ohm),
         }
     }
 
     fn conductance(&self) -> f32 {
-        f32::from_bits(self.conductance_bits)
+        self.conductance.get()
     }
 
     /// The current of a back-EMF alone, mA.
@@ -124,8 +107,8 @@ impl Ripple {
         let beyond = (counts % STEP_COUNTS) as f32 * (1.0 / STEP_COUNTS as f32);
         let at = |step: usize| self.table.get(step.min(STEPS)).copied().unwrap_or_default();
         let (low, high) = (at(step), at(step + 1));
-        let excess = low.excess() + (high.excess() - low.excess()) * beyond;
-        let variance = low.variance() + (high.variance() - low.variance()) * beyond;
+        let excess = low.excess.get() + (high.excess.get() - low.excess.get()) * beyond;
+        let variance = low.variance.get() + (high.variance.get() - low.variance.get()) * beyond;
         let full_ma = supply_mv as f32 * self.conductance();
         let signed_ma = if compare.get() < 0 { -full_ma } else { full_ma };
         let mean_ma = sampled_ma as f32 - signed_ma * excess;
@@ -167,7 +150,10 @@ fn factors_at(counts: u32, decay: f32) -> Factors {
         duty - 2.0 * below * (1.0 - on) / decay + below * below * (1.0 - on * on) / (2.0 * decay);
     let square_off = end * end * (1.0 - off * off) / (2.0 * decay);
     let variance = (square_on + square_off - duty * duty).max(0.0);
-    Factors::new(sampled - duty, variance)
+    Factors {
+        excess: Single::new(sampled - duty),
+        variance: Single::new(variance),
+    }
 }
 
 #[cfg(test)]

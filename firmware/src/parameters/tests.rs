@@ -65,7 +65,7 @@ fn the_first_invalid_parameter_is_named() {
         (Parameter::UnderVoltageMv, |p| {
             p.supply.over_voltage_mv = 4000
         }),
-        (Parameter::ContinuousMa, |p| p.current.over_current_ma = 400),
+        (Parameter::RatedMa, |p| p.current.over_current_ma = 400),
         (Parameter::NodeId, |p| p.bus.node_id = 128),
     ];
     for (parameter, change) in cases {

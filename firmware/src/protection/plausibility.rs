@@ -5,7 +5,10 @@
 //! ```
 //!
 //! A dead current sense reads zero. A winding that is hot or that has brushes of high resistance
-//! takes less than expected, but not less than a third: copper would have to be at 500 deg C.
+//! takes less than expected, but not less than a third: copper would have to be at 500 deg C. No
+//! motor takes more than its resistance and its back-EMF permit, of which each may be off by 30 %:
+//! a resistance of 70 % gives `1/0.7 - 1` = 43 % more of both currents, of which the expected one is
+//! the difference.
 //!
 //! A motor that is connected the wrong way round turns against the loop, which drives it to its
 //! full rate. Its back-EMF has the sign of the voltage, and the encoder turns the other way.
@@ -20,7 +23,7 @@ use crate::{
     timing::CONTROL_PERIOD_MS,
 };
 
-/// Control periods for which the current has to be too small: 60 ms, before a stuck encoder is
+/// Control periods for which the current has to be too small or too large: 60 ms, before a stuck encoder is
 /// suspected of a motor that takes no current.
 pub const CURRENT_IMPLAUSIBLE_PERIODS: i32 = 60 / CONTROL_PERIOD_MS;
 
@@ -48,11 +51,13 @@ impl PlausibilityGuard {
         c: &Conditions<'_>,
     ) -> FaultSet {
         let mut present = FaultSet::EMPTY;
-        let is_small = is_too_small(ripple, c);
+        let is_implausible = is_implausible(ripple, c);
         present.put(
             Fault::CurrentImplausible,
-            self.current
-                .update(is_small, CURRENT_IMPLAUSIBLE_PERIODS * CONTROL_PERIOD_MS),
+            self.current.update(
+                is_implausible,
+                CURRENT_IMPLAUSIBLE_PERIODS * CONTROL_PERIOD_MS,
+            ),
         );
         let is_reversed = turns_against_back_emf(limits, c);
         present.put(
@@ -64,13 +69,19 @@ impl PlausibilityGuard {
     }
 }
 
-fn is_too_small(ripple: &Ripple, c: &Conditions<'_>) -> Option<bool> {
+fn is_implausible(ripple: &Ripple, c: &Conditions<'_>) -> Option<bool> {
     let current = c.measured.current?;
-    let expected_ma = current.stall_ma - ripple.of_back_emf_ma(c.measured.back_emf_mv?);
+    let back_emf_ma = ripple.of_back_emf_ma(c.measured.back_emf_mv?);
+    let expected_ma = current.stall_ma - back_emf_ma;
     let is_compared = c.is_driving && expected_ma.abs() >= COMPARED_MA;
     // In its direction: the mean of a sample of zero is against it, as the current pulses.
     let mean_ma = current.mean_ma * expected_ma.signum();
-    Some(is_compared && 3 * mean_ma < expected_ma.abs())
+    let is_small = is_compared && 3 * mean_ma < expected_ma.abs();
+    // Both below 2^19 mA.
+    let parts_ma = current.stall_ma.abs() + back_emf_ma.abs();
+    let beyond_ma = (current.mean_ma - expected_ma).abs() - COMPARED_MA;
+    let is_large = c.is_driving && beyond_ma > parts_ma * 43 / 100;
+    Some(is_small || is_large)
 }
 
 fn turns_against_back_emf(limits: &EncoderLimits, c: &Conditions<'_>) -> Option<bool> {

@@ -203,6 +203,8 @@ pub struct ActiveLimits {
     pub duty: bool,
     /// The slew limit changed the duty.
     pub slew: bool,
+    /// [`CascadeState::limit_duty`] changed the duty: the limit of the motor's current.
+    pub current: bool,
 }
 
 impl CascadeState {
@@ -295,7 +297,35 @@ impl CascadeState {
                 rate: command.rate_limited,
                 duty: limited.duty_limited,
                 slew: limited.slew_limited,
+                current: false,
             },
+        }
+    }
+
+    /// Limits the duty of the step that was made last, from the least to the most: as the duty limit
+    /// does, but for what changes with the motion.
+    ///
+    /// ```
+    /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
+    /// use model_core::control::units::{angle, percent};
+    ///
+    /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
+    /// let mut state = CascadeState::default();
+    /// state.observe(&gains, Some(EncoderCount::new(0)));
+    /// let mut step = state.regulate(&gains, angle(90.0));
+    /// assert_eq!(step.duty, percent(100.0));
+    /// state.limit_duty(&gains, &mut step, (percent(-20.0), percent(60.0)));
+    /// assert_eq!((step.duty, step.limits.current), (percent(60.0), true));
+    /// ```
+    pub fn limit_duty(
+        &mut self,
+        coefficients: &Coefficients,
+        step: &mut CascadeStep,
+        window: (Percent, Percent),
+    ) {
+        if let Some(duty) = self.regulator.limit_duty(&coefficients.rate, window) {
+            step.duty = duty;
+            step.limits.current = true;
         }
     }
 

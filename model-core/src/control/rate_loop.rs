@@ -108,6 +108,23 @@ impl RateLoopState {
         }
     }
 
+    /// Limits the duty of the last step to what the motor may take at present; the anti-windup feeds
+    /// back what that takes away. Returns the duty if it was changed.
+    pub fn limit_duty(
+        &mut self,
+        gains: &RateLoop,
+        (least, most): (Percent, Percent),
+    ) -> Option<Percent> {
+        let mut duty = self.duty;
+        if !limit(&mut duty, least, most) {
+            return None;
+        }
+        self.integrator += gains.anti_windup.times(duty - self.duty);
+        limit_whole(&mut self.integrator, INTEGRATOR_END);
+        self.duty = duty;
+        Some(duty)
+    }
+
     /// Moves the jump of the duty that new coefficients would cause into the integrator.
     pub fn absorb(&mut self, jump: Percent) {
         self.integrator -= jump;

@@ -46,11 +46,12 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
             *samples = Samples::at_rest(word(2u16.wrapping_mul(since as u16)));
         }
         Fault::OverCurrent => samples.current = Some(current(-1640)),
-        Fault::Overload => samples.current = Some(current(1010)),
+        // Beyond the limit of the winding that `parameters` sets.
+        Fault::Overload => scan(samples).temperature = temperature_code(84.0),
         Fault::BridgeTripped => samples.bridge_tripped = true,
         Fault::Stall => {
             *samples = Samples::at_rest(word(0));
-            samples.current = Some(current(700));
+            samples.current = Some(current(550));
         }
         // Held, at a current between that of a free motor and that of a stall.
         Fault::FollowingError => {
@@ -78,13 +79,20 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
     }
 }
 
+/// The parameters with which [`provoke`] causes a fault.
+fn parameters(fault: Fault) -> BoardParameters {
+    let mut parameters = BoardParameters::DEFAULT;
+    if fault == Fault::Overload {
+        parameters.current.winding_mdeg_c = 80_000;
+    }
+    parameters
+}
+
 /// A board that is about to meet a fault.
 fn prepared(fault: Fault) -> TestBoard {
     let mut board = match fault {
-        // At rest it would be a stall.
-        Fault::Overload => TestBoard::turning(),
         Fault::MotorPolarity => TestBoard::turning_at(90.0),
-        _ => TestBoard::enabled(),
+        _ => TestBoard::enabled_with(parameters(fault)),
     };
     match fault {
         Fault::CommandTimeout => {
@@ -95,11 +103,10 @@ fn prepared(fault: Fault) -> TestBoard {
             board.command = Some(angle(30.0));
         }
         Fault::CurrentImplausible => board.command = Some(angle(9.0)),
-        Fault::Overload => board.application.motor.ripple = smooth(),
         // The controller pulls, within the window of the following error.
         Fault::Stall => {
             board.application.motor.ripple = smooth();
-            board.command = Some(angle(5.0));
+            board.command = Some(angle(9.0));
         }
         _ => {}
     }
@@ -123,6 +130,11 @@ fn every_fault_is_latched_and_safe_within_its_times() {
                 assert_eq!(outputs.fault, Some(fault), "{}", row.name);
                 detected = Some(ms);
             }
+            if outputs.state == BoardState::FaultHold {
+                assert!(p.holding_faults().contains(fault), "{}", row.name);
+                safe = Some(ms + 1);
+                break;
+            }
             if outputs.state == BoardState::Fault {
                 let coasts = matches!(fault, Fault::OverCurrent | Fault::BridgeTripped);
                 assert_eq!(coasts, outputs.bridge == Bridge::Coast, "{}", row.name);
@@ -145,7 +157,7 @@ fn every_fault_is_latched_and_safe_within_its_times() {
 fn faults_of_driving_block_enabling_while_the_board_is_disabled_and_are_not_latched() {
     for row in TABLE.iter().filter(|row| row.watched == Watched::Driven) {
         let fault = row.fault;
-        let mut board = TestBoard::new(BoardParameters::DEFAULT);
+        let mut board = TestBoard::new(parameters(fault));
         for since in 1..700 {
             let outputs = board.step_with(|samples| provoke(fault, samples, since));
             assert_eq!(

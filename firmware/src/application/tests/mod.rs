@@ -3,6 +3,7 @@
 extern crate std;
 
 mod conditions;
+mod current_limit;
 mod duty_limit;
 mod faults;
 mod missing_samples;
@@ -30,7 +31,7 @@ use model_core::{
 use super::*;
 use crate::{
     measure::{MotorConstants, Ripple},
-    parameters::ModelSettings,
+    parameters::{LimitSettings, ModelSettings},
 };
 
 /// The default parameters with these of the control step.
@@ -49,10 +50,9 @@ fn without_stop() -> FirstOrderParameters {
     }
 }
 
-/// A winding whose current is constant within a PWM period, and so small that none is expected: for
-/// samples of a current that has nothing to do with the duty.
+/// A winding whose current is constant within a PWM period.
 fn smooth() -> Ripple {
-    Ripple::of(1e3, 1e3)
+    Ripple::of(7.7, 1.0)
 }
 
 /// Back-EMF of the simulated motor, V per deg/s: 5.73 V at 283.6 deg/s.
@@ -141,6 +141,7 @@ pub(crate) struct Configured {
     application: Application,
     pub parameters: BoardParameters,
     pub motor: MotorConstants,
+    pub limits: LimitSettings,
 }
 
 impl Configured {
@@ -155,6 +156,7 @@ impl Configured {
             application: Application::new(&parameters, start),
             parameters,
             motor: MotorConstants::of(&ModelSettings::DEFAULT),
+            limits: LimitSettings::DEFAULT,
         }
     }
 
@@ -162,6 +164,7 @@ impl Configured {
         let settings = Settings {
             board: &self.parameters,
             motor: &self.motor,
+            limits: &self.limits,
         };
         *self.application.control_period(settings, samples)
     }

@@ -9,9 +9,9 @@ use model_core::control::{
 use super::*;
 
 fn enabled(parameters: BoardParameters) -> Configured {
-    // The samples show no current.
+    // The samples show no current, and with this resistance none is expected.
     let mut application = Configured::new(parameters);
-    application.motor.ripple = smooth();
+    application.motor.ripple = Ripple::of(1e3, 1e3);
     application.control_period(&Samples::at_rest(word(1000)));
     application.request(Request::Enable).unwrap();
     application

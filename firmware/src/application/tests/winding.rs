@@ -9,14 +9,19 @@ use super::*;
 use crate::{measure, native};
 
 /// The application in a closed loop with the plant of the emulated board.
-struct Loop {
-    application: Configured,
-    plant: SampledBoardPlant,
+pub(super) struct Loop {
+    pub application: Configured,
+    pub plant: SampledBoardPlant,
 }
 
 impl Loop {
-    fn enabled() -> Self {
-        let plant = BoardPlant::try_new(&BoardPlantOptions::default()).unwrap();
+    pub fn enabled() -> Self {
+        Self::with(&BoardPlantOptions::default())
+    }
+
+    /// With this plant.
+    pub fn with(options: &BoardPlantOptions) -> Self {
+        let plant = BoardPlant::try_new(options).unwrap();
         let mut board = Self {
             application: Configured::new(BoardParameters::DEFAULT),
             plant: SampledBoardPlant::new(plant, &mut |_, _| {}),
@@ -37,7 +42,7 @@ impl Loop {
     }
 
     /// Control periods with this command; the last outputs.
-    fn follow(&mut self, command: Angle, periods: u32) -> Outputs {
+    pub fn follow(&mut self, command: Angle, periods: u32) -> Outputs {
         let mut last = None;
         for _ in 0..periods {
             let request = Request::Command(command.into());
