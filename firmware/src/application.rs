@@ -43,6 +43,7 @@ pub use crate::interface::{
     Settings, Taken, Telemetry,
 };
 
+pub use self::current_limit::CurrentLimits;
 pub(crate) use self::requests::may_retune;
 
 use self::{
@@ -52,6 +53,7 @@ use self::{
 use crate::{
     command::SetpointSource,
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, PERMANENT, Reaction},
+    measure::Single,
     parameters::{BoardParameters, StopSettings},
     protection::{Conditions, Measured, Protection, Winding},
     timing::periods,
@@ -411,7 +413,7 @@ impl Application {
         t.rate_command = self.last_step.rate_command;
         t.duty = self.last_step.duty;
         t.limits = self.last_step.limits;
-        t.winding_mdeg_c = (self.protection.winding().deg_c() * 1000.0) as i32;
+        t.winding = Single::new(self.protection.winding().deg_c());
         t.servo_pulse_us = self.setpoints.servo_pulse_us();
         t.servo_glitches = self.setpoints.servo_glitches();
         t.source = self.setpoints.source();

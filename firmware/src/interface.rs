@@ -13,9 +13,10 @@ use model_core::{
 };
 
 use crate::{
+    application::CurrentLimits,
     faults::{Fault, FaultSet},
-    measure::MotorConstants,
-    parameters::{BoardParameters, CommandSettings, LimitSettings, Parameter},
+    measure::{MotorConstants, Single},
+    parameters::{BoardParameters, CommandSettings, Parameter},
 };
 
 /// The samples of a control period.
@@ -84,8 +85,8 @@ pub struct Settings<'a> {
     pub board: &'a BoardParameters,
     /// The constants of the motor.
     pub motor: &'a MotorConstants,
-    /// The limits of torque and current.
-    pub limits: &'a LimitSettings,
+    /// The limits of current and temperature.
+    pub limits: &'a CurrentLimits,
 }
 
 /// State of the CAN controller (ISO 11898-1, fault confinement).
@@ -299,8 +300,8 @@ pub struct Telemetry {
     pub supply_mv: i32,
     /// Temperature, thousandths of a degree Celsius.
     pub temperature_mdeg_c: i32,
-    /// Temperature of the winding by its thermal model, thousandths of a degree Celsius.
-    pub winding_mdeg_c: i32,
+    /// Temperature of the winding by its thermal model, deg C.
+    pub winding: Single,
     /// The velocity that is reported, mdeg/s.
     pub velocity_mdeg_s: i32,
     /// The last servo pulse, us; 0 before the first.

@@ -16,6 +16,7 @@ use model_core::sensors::{
 pub use motor::{MotorConstants, Thermal};
 pub use ntc::temperature_mdeg_c;
 pub use ripple::{PeriodCurrent, Ripple};
+pub use single::Single;
 
 /// Linear conversion of codes to thousandths of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -170,7 +170,7 @@ impl Protection {
                 .check(&p.encoder, &settings.motor.ripple, c));
         (self.travel).learn(c.is_driving, c.measured.travelled, c.measured.back_emf_mv);
         self.winding.update(settings.motor, c);
-        present.put(Fault::Overload, self.winding.below_limit_k(p) <= 0.0);
+        present.put(Fault::Overload, settings.limits.is_exceeded(&self.winding));
         present.put(Fault::Stall, self.stall.check(&p.stall, c));
         present.put(Fault::FollowingError, self.following.check(&p.following, c));
         present.put(Fault::CommandTimeout, c.is_stale);
@@ -194,7 +194,6 @@ impl Protection {
         self.stall = StallGuard::default();
         self.following = FollowingGuard::default();
         self.plausibility = PlausibilityGuard::default();
-        self.encoder.restart();
         self.travel.restart();
     }
 }

@@ -45,17 +45,12 @@ fn at(fault: Fault) -> Planned {
     Planned::at_ms(FROM_MS, fault)
 }
 
-/// 20 deg/s, at which neither a stall nor the friction's current counts.
-fn slow(tick: u64) -> i32 {
-    80 * tick.saturating_sub(FROM_MS / 4) as i32
-}
-
 /// Steps that do not leave the window of the following error.
 fn small_steps(tick: u64) -> i32 {
     steps(tick, 4_500, 250)
 }
 
-const CASES: [Case; 21] = [
+const CASES: [Case; 20] = [
     case(
         Reported::EncoderInvalid,
         || {
@@ -96,15 +91,6 @@ const CASES: [Case; 21] = [
         || at(Fault::CurrentSense { code: 3060 }),
         0,
     ),
-    // 1.3 A: at any duty a root mean square above twice the continuous current.
-    Case {
-        targets: slow,
-        ..case(
-            Reported::Overload,
-            || at(Fault::CurrentSense { code: 2855 }),
-            0,
-        )
-    },
     // No current, once the integrator has raised the duty against the jam.
     case(
         Reported::CurrentImplausible,
@@ -259,30 +245,26 @@ fn without_commands_the_board_stops_the_drive() {
 }
 
 /// The under-voltage limit of the test below, mV.
-const LEAST_MV: u32 = 5600;
+const LEAST_MV: u32 = 5000;
 
+/// The supply gives (6 - 5.3) V/1.5 ohm - 60 mA = 407 mA from where its current is limited: with
+/// d^2 V = R i a duty of 0.77, which makes 0.53 A in the motor, 0.61 N m.
 #[test]
-fn a_supply_that_drops_only_under_load_is_detected() {
-    let mut options = Options {
-        faults: vec![at(Fault::Torque { nm: 0.7 })],
-        ..Options::for_ms(FROM_MS + 500)
-    };
-    // 6 V behind 1.5 ohm.
-    options.plant.supply.source_resistance_ohm = 1.5;
-    // Constant target.
-    let finished = run_master(options, |tick| match tick {
-        25 => vec![write(0x2100, 18, LEAST_MV, 4)],
-        _ => driven(tick, 0),
-    });
-    let at_ns = first_fault(&finished, Reported::UnderVoltage);
-    // While the bridge is open in the window, the voltage is sufficient.
-    let rows = finished.trace.rows.iter();
-    let open_v = (rows.filter(|row| row.at_ns < at_ns && row.bridge == Bridge::Coast))
-        .map(|row| row.supply_v)
-        .fold(f64::INFINITY, f64::min);
-    println!(
-        "reported at {} ms; without load it was {open_v:.2} V",
-        at_ns / 1_000_000
-    );
-    assert!(open_v > f64::from(LEAST_MV) / 1e3, "{open_v}");
+fn a_supply_that_drops_under_load_limits_the_torque_and_is_no_under_voltage() {
+    for (nm, expected) in [(0.5, None), (0.75, Some(Reported::FollowingError))] {
+        let mut options = Options {
+            faults: vec![at(Fault::Torque { nm })],
+            ..Options::for_ms(FROM_MS + 3000)
+        };
+        options.plant.supply.source_resistance_ohm = 1.5;
+        // Constant target.
+        let finished = run_master(options, |tick| match tick {
+            25 => vec![write(0x2100, 18, LEAST_MV, 4)],
+            _ => driven(tick, 0),
+        });
+        let first = faults(&finished)
+            .first()
+            .map(|(_, number)| u16::from(*number));
+        assert_eq!(first, expected.map(Reported::number), "{nm} N m");
+    }
 }

@@ -158,8 +158,6 @@ fn braking_cases() -> Vec<Case> {
             Fault::MagnetSlips { deg: 40.0 },
             None,
         ),
-        // 1.1 A: twice the continuous current and more.
-        (Reported::Overload, Fault::CurrentSense { code: 2731 }, None),
         (Reported::UnderVoltage, supply(3.8), None),
         (Reported::OverVoltage, supply(8.0), None),
         (Reported::OverTemperature, board(120.0), None),

@@ -226,8 +226,7 @@ impl Axis {
     fn start_stop(&mut self, input: &Input, parameters: &Parameters) {
         let ahead = (self.ramp.position()).saturating_sub(input.position_actual);
         // The measured velocity lags behind: a motion that has just begun goes to the demand.
-        let moves = input.velocity_actual.unsigned_abs() > parameters.velocity_threshold;
-        self.stop_direction = if moves {
+        self.stop_direction = if moves(input, parameters) {
             input.velocity_actual.signum()
         } else {
             ahead.signum()
@@ -250,8 +249,9 @@ impl Axis {
     /// where the motor has come to rest.
     fn wait_for_motor(&mut self, input: &Input, parameters: &Parameters) {
         let rests = self.is_stop_over && self.is_slow;
-        let moves = input.velocity_actual.unsigned_abs() > parameters.velocity_threshold;
-        if rests || moves && input.velocity_actual.signum() == -self.stop_direction {
+        if rests
+            || moves(input, parameters) && input.velocity_actual.signum() == -self.stop_direction
+        {
             self.stop_direction = 0;
         }
         let position = i64::from(self.ramp.position());
@@ -455,4 +455,9 @@ fn approach_velocity(distance: i64, parameters: &Parameters) -> i32 {
     // Below 2^32 times 2^32.
     let by_loop = (u64::from(distance) * u64::from(parameters.approach_gain)) >> GAIN_BITS;
     by_ramp.min(i32::try_from(by_loop).unwrap_or(i32::MAX))
+}
+/// Whether the motor moves in the direction that is measured: at four times the velocity threshold,
+/// which the end of a motion before does not reach.
+fn moves(input: &Input, parameters: &Parameters) -> bool {
+    input.velocity_actual.unsigned_abs() > parameters.velocity_threshold.saturating_mul(4)
 }

@@ -8,7 +8,8 @@ use model_core::control::{
 };
 
 use super::{
-    AFTER_A_RESET, Application, BoardState, Bridge, Settings, back_emf_brake, current_limit,
+    AFTER_A_RESET, Application, BoardState, Bridge, Settings,
+    back_emf_brake::{self, BackEmfBrake},
     stop_progress::StopProgress,
 };
 use crate::{
@@ -38,7 +39,8 @@ impl Application {
         let parameters = settings.board;
         let is_valid = measured.count.is_some();
         if let Some((current, supply_mv)) = measured.current.zip(measured.supply_mv) {
-            (self.current_limit).observe(settings, supply_mv, current.mean_ma);
+            let drawn = (current, self.last_step.duty);
+            (self.current_limit).observe(settings, supply_mv, drawn);
         }
         match self.state {
             BoardState::FaultReaction if self.back_emf_stop.is_some() => {
@@ -93,7 +95,7 @@ impl Application {
         }
         let voltages = (back_emf_mv.unwrap_or(0), self.outputs.telemetry.supply_mv);
         self.apply(CascadeStep {
-            duty: self.opposing(settings, voltages),
+            duty: opposing(self.back_emf_brake, settings, voltages),
             ..CascadeStep::default()
         });
     }
@@ -139,22 +141,13 @@ impl Application {
     fn apply_limited(&mut self, settings: Settings<'_>, mut step: CascadeStep) {
         let t = &self.outputs.telemetry;
         let voltages = (t.back_emf_mv, t.supply_mv);
+        let braking = || opposing(self.back_emf_brake, settings, voltages);
         let winding = self.protection.winding();
-        let limit_ma = self.current_limit.next(settings, winding);
-        let resistance_ohm = settings.motor.resistance_ohm() * winding.resistance_ratio();
-        if let Some((least, most)) = current_limit::window(limit_ma, resistance_ohm, voltages) {
-            let braking = self.opposing(settings, voltages);
-            let window = (least.min(braking), most.max(braking));
+        let window = (self.current_limit).window(settings.limits, winding, voltages, braking);
+        if let Some(window) = window {
             (self.control).limit_duty(&settings.board.control, &mut step, window);
         }
         self.apply(step);
-    }
-
-    /// The duty of the brake at these voltages of back-EMF and supply.
-    fn opposing(&self, settings: Settings<'_>, voltages: (i32, i32)) -> Percent {
-        let (limits, ripple) = (&settings.board.current, &settings.motor.ripple);
-        let duty = self.back_emf_brake.opposing(limits, ripple, voltages);
-        duty.limited(self.current_limit.braking_duty(settings))
     }
 
     /// Takes the duty of a control step as a compare value for the timer.
@@ -189,4 +182,11 @@ impl Application {
             false => Bridge::Coast,
         }
     }
+}
+
+/// The duty of the brake at these voltages of back-EMF and supply.
+fn opposing(brake: BackEmfBrake, settings: Settings<'_>, voltages: (i32, i32)) -> Percent {
+    let Settings { board, motor, .. } = settings;
+    let duty = brake.opposing(&board.current, &motor.ripple, voltages);
+    duty.limited(board.control.duty_limit())
 }

@@ -161,15 +161,13 @@ impl Application {
 
     /// Starts to decelerate the shaft, with the duty of its back-EMF: no current flows.
     pub(super) fn stop(&mut self, state: BoardState) {
-        // A stalled shaft stands, whatever a count that flickers at its edge makes of its rate: the
-        // duty that holds the load stays.
+        // A stalled shaft stands, whatever is commanded and whatever a count that flickers at its
+        // edge makes of its rate: the duty that holds the load stays.
         let is_stalled = self.log.latched().contains(Fault::Stall);
-        let rate = if is_stalled {
-            Rate::ZERO
-        } else {
-            self.control.rate()
+        self.stopping = match is_stalled {
+            true => Stopping::from(Rate::ZERO, Rate::ZERO),
+            false => Stopping::from(self.control.rate(), self.last_step.rate_command),
         };
-        self.stopping = Stopping::from(rate);
         let t = &self.outputs.telemetry;
         if self.stopping.began_in_motion() {
             self.control

@@ -23,18 +23,20 @@ pub(super) fn stands(rate: Rate) -> bool {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Stopping {
     command: Rate,
-    /// The sign of the rate at which the stop began; 0 of a shaft that stood.
+    /// The sign of the rate at which the stop began; 0 of a shaft that stood and was to.
     direction: i8,
     progress: StopProgress,
     held: Option<Angle>,
 }
 
 impl Stopping {
-    /// A stop from this rate.
-    pub fn from(rate: Rate) -> Self {
+    /// A stop from this rate. A shaft that still stands, but was to turn, begins to: `demanded` is
+    /// the rate that was commanded.
+    pub fn from(rate: Rate, demanded: Rate) -> Self {
+        let turns = if stands(rate) { demanded } else { rate };
         Self {
             command: rate,
-            direction: if stands(rate) { 0 } else { sign(rate) },
+            direction: if stands(turns) { 0 } else { sign(turns) },
             ..Self::default()
         }
     }
@@ -113,7 +115,7 @@ mod tests {
     #[test]
     fn from_350_deg_s_the_ramp_ends_after_175_ms() {
         for sign in [1, -1] {
-            let mut stopping = Stopping::from(Rate::from_int(350 * sign));
+            let mut stopping = Stopping::from(Rate::from_int(350 * sign), Rate::ZERO);
             for period in 1..60 {
                 let command = next(&mut stopping, Rate::from_int(100 * sign));
                 // 8 deg/s a period.
@@ -126,7 +128,7 @@ mod tests {
     /// Control periods until a stop from 80 deg/s is late, and until it is over, of a shaft that
     /// has this rate from then on; within 1000.
     fn periods_at(rate: Rate) -> (Option<u32>, Option<u32>) {
-        let mut stopping = Stopping::from(Rate::from_int(80));
+        let mut stopping = Stopping::from(Rate::from_int(80), Rate::ZERO);
         let (mut late, mut over) = (None, None);
         for period in 1..=1000 {
             next(&mut stopping, rate);

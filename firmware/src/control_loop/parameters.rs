@@ -4,10 +4,11 @@ use canopen::cia402::Parameters as AxisParameters;
 
 use super::axis_parameters::axis_parameters;
 use crate::{
+    application::CurrentLimits,
     drive::StoredParameters,
     interface::Settings,
     measure::MotorConstants,
-    parameters::{BoardParameters, FailsafeSettings, LimitSettings, ObjectValues},
+    parameters::{BoardParameters, FailsafeSettings, ObjectValues},
 };
 
 /// Everything that the loop uses and a front end can set.
@@ -23,8 +24,8 @@ pub struct LoopParameters {
     pub failsafe: FailsafeSettings,
     /// The constants of the motor.
     pub motor: MotorConstants,
-    /// The limits of torque and current.
-    pub limits: LimitSettings,
+    /// The limits of current and temperature.
+    pub limits: CurrentLimits,
 }
 
 impl LoopParameters {
@@ -37,7 +38,7 @@ impl LoopParameters {
             axis: axis_parameters(values, &stored.board),
             failsafe: values.failsafe,
             motor: MotorConstants::of(&values.model),
-            limits: values.limits,
+            limits: CurrentLimits::of(&values.limits, &stored.board, &values.model),
         }
     }
 
@@ -55,7 +56,7 @@ impl LoopParameters {
     pub(crate) fn set_values(&mut self, values: &ObjectValues) {
         self.axis = axis_parameters(values, &self.board);
         self.failsafe = values.failsafe;
-        self.limits = values.limits;
+        self.limits = CurrentLimits::of(&values.limits, &self.board, &values.model);
     }
 
     /// Takes over the motor of object 2011h.

@@ -66,7 +66,7 @@ impl Drive<'_> {
                 short(thousandths(t.duty).saturating_mul(t.supply_mv) / 100_000)
             }
             Measured::SupplyMv => t.supply_mv.max(0) as u64,
-            Measured::WindingTemperature => short(t.winding_mdeg_c / 100),
+            Measured::WindingTemperature => short((t.winding.get() * 10.0) as i32),
             Measured::RatedTorqueMnm => u64::from(self.rated_torque_mnm()),
             Measured::Temperature => short(t.temperature_mdeg_c / 100),
             Measured::SampleCounter => u64::from(t.tick as u16),

@@ -56,6 +56,7 @@ impl Drive<'_> {
 
     fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {
         use ObjectValue::{GearRatio, InductanceH, ResistanceOhm, TorqueConstantNmA};
+        use ObjectValue::{HousingAmbientKW, HousingTimeS, WindingHousingKW, WindingTimeS};
         use ObjectValue::{Signal1, Signal2, Signal3, Signal4, Signal5, Signal6, Signal7, Signal8};
         let selects_signal = matches!(
             value,
@@ -71,7 +72,14 @@ impl Drive<'_> {
         let values = self.values;
         let is_of_motor = matches!(
             value,
-            ResistanceOhm | InductanceH | TorqueConstantNmA | GearRatio
+            ResistanceOhm
+                | InductanceH
+                | TorqueConstantNmA
+                | GearRatio
+                | WindingHousingKW
+                | HousingAmbientKW
+                | WindingTimeS
+                | HousingTimeS
         );
         self.post(|parameters| {
             if is_of_motor {

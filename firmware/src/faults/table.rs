@@ -134,7 +134,7 @@ impl Fault {
 
     /// Maximum time from the start of the condition to the control step that latches the fault, ms;
     /// for [`Fault::Overload`] at twice the rated current, starting at 25 deg C, with the default
-    /// model, for [`Fault::EncoderImplausible`] at a drift of 20 deg/s.
+    /// model, for [`Fault::EncoderStuck`] and [`Fault::EncoderImplausible`] at a difference of 20 deg/s.
     ///
     /// ```
     /// use firmware::{faults::Fault, parameters::BoardParameters};
@@ -146,7 +146,6 @@ impl Fault {
                 p.encoder.lost_samples + 1
             }
             Self::MagnetWeak => periods(p.encoder.magnet_weak_ms) as i32,
-            Self::EncoderStuck => periods(p.encoder.stuck_ms) as i32,
             Self::OverCurrent => p.current.over_current_samples,
             Self::Overload => OVERLOADED_PERIODS,
             Self::Stall => periods(p.stall.stall_ms) as i32,
@@ -161,7 +160,7 @@ impl Fault {
             Self::CommandTimeout => periods(p.command.command_timeout_ms) as i32 + 1,
             // The end of the pass after that in which it changed.
             Self::ProgramCorrupt => 2 * PROGRAM_CHECK_PERIODS as i32 + 1,
-            Self::EncoderImplausible => AT_20_DEG_S_PERIODS,
+            Self::EncoderStuck | Self::EncoderImplausible => AT_20_DEG_S_PERIODS,
             // In the first control period with the condition.
             Self::BridgeTripped
             | Self::DataCorrupt
@@ -236,8 +235,7 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::EncoderStuck,
             "encoder stuck",
-            "as encoder implausible, with no count travelled; or no count travelled for `stuck_ms` at a duty of \
-             `stuck_duty_pct` or more and a mean current below `stuck_current_ma`",
+            "as encoder implausible, with no count travelled",
             Driven,
             0x7305,
         ),

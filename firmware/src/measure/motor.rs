@@ -16,7 +16,6 @@ pub struct MotorConstants {
     pub ripple: Ripple,
     /// Rate of the shaft per back-EMF, mdeg/s per mV, in 2^-8.
     rate_per_mv: i32,
-    resistance_ohm: Single,
     thermal: [Single; 4],
 }
 
@@ -59,14 +58,8 @@ impl MotorConstants {
             } else {
                 rate_per_mv as i32
             },
-            resistance_ohm: Single::new(model.resistance_ohm),
             thermal: thermal(model).map(Single::new),
         }
-    }
-
-    /// The resistance of the cold winding, ohm.
-    pub fn resistance_ohm(&self) -> f32 {
-        self.resistance_ohm.get()
     }
 
     /// How the motor warms.

@@ -1,4 +1,4 @@
-//! The encoder: invalid words, implausible jumps, a weak magnet, an angle that does not change.
+//! The encoder: invalid words, implausible jumps, a weak magnet.
 //!
 //! | condition | consequence |
 //! |---|---|
@@ -7,18 +7,14 @@
 //! | a count to which the motor has not turned the encoder ([`super::travel`]) | the same: [`Fault::EncoderJump`] |
 //! | MagINC and MagDEC both set for `magnet_weak_ms` | [`Fault::MagnetWeak`] |
 //! | MagINC or MagDEC alone | the magnet moves: reported in the telemetry |
-//! | no count travelled for `stuck_ms` while the motor is driven hard and takes no current | [`Fault::EncoderStuck`] |
 //!
 //! This guard decodes the word and decides whether its count is valid. The tracker of the control
-//! step knows the distance of a count from the last valid one.
-//!
-//! A motor that is driven hard and takes less current than it would in a stall turns, or is not
-//! connected.
+//! step knows the distance of a count from the last valid one. An angle that does not change although
+//! the motor turns is found by the comparison of the travels.
 
 use model_core::control::{
     encoder_word::{EncoderCount, EncoderError, EncoderReading, EncoderWord, Magnet},
     shaft_tracker::ShaftTracker,
-    units::Percent,
 };
 
 use super::{Conditions, lasting::Lasting, travel::TravelGuard};
@@ -43,8 +39,6 @@ pub(super) struct EncoderGuard {
     /// The cause of the last lost sample.
     cause: Option<Fault>,
     weak: Lasting,
-    stuck: Lasting,
-    travelled: Option<i32>,
 }
 
 impl EncoderGuard {
@@ -72,7 +66,6 @@ impl EncoderGuard {
         match reading {
             Ok((EncoderReading { count, magnet }, travelled)) => {
                 self.lost = self.lost.saturating_sub(1);
-                self.travelled = travelled;
                 Validated {
                     count: Some(count),
                     travelled,
@@ -85,7 +78,6 @@ impl EncoderGuard {
                     self.lost += 1;
                 }
                 self.cause = Some(cause);
-                self.travelled = None;
                 Validated {
                     count: None,
                     travelled: None,
@@ -106,32 +98,7 @@ impl EncoderGuard {
             Fault::MagnetWeak,
             self.weak.update(is_marginal, limits.magnet_weak_ms),
         );
-        let is_still = self.is_still_and_takes_no_current(limits, c);
-        present.put(
-            Fault::EncoderStuck,
-            self.stuck.update(is_still, limits.stuck_ms),
-        );
         present
-    }
-
-    fn is_still_and_takes_no_current(
-        &self,
-        limits: &EncoderLimits,
-        c: &Conditions<'_>,
-    ) -> Option<bool> {
-        if self.travelled? != 0 {
-            return Some(false);
-        }
-        // 5 % to 100 %.
-        let hard = Percent::from_bits(i64::from(limits.stuck_duty_pct) << 32);
-        let is_driven = c.is_driving && (c.duty >= hard || c.duty <= -hard);
-        let pulls = c.measured.current?.mean_ma.abs() >= limits.stuck_current_ma;
-        Some(is_driven && !pulls)
-    }
-
-    /// The loop is closed.
-    pub fn restart(&mut self) {
-        self.stuck = Lasting::default();
     }
 }
 
@@ -148,14 +115,9 @@ fn decode(word: Option<EncoderWord>) -> Result<EncoderReading, Fault> {
 
 #[cfg(test)]
 mod tests {
-    use model_core::control::{shaft_tracker::Mounting, units::percent};
+    use model_core::control::shaft_tracker::Mounting;
 
     use super::*;
-    use crate::protection::{
-        Measured,
-        tests::{UNMEASURED, driven, smooth},
-    };
-
     /// A shaft whose last valid count was zero.
     fn shaft() -> ShaftTracker {
         let mut shaft = ShaftTracker::default();
@@ -184,40 +146,6 @@ mod tests {
             let mut travel = TravelGuard::default();
             let validated = guard.validate(limits, word, &shaft(), &mut travel);
             assert_eq!((validated.count, validated.magnet), (None, magnet));
-        }
-    }
-
-    /// Whether an encoder that shows no motion is stuck, of a motor with this duty and current.
-    fn is_stuck(is_driving: bool, duty_pct: f64, mean_ma: i32) -> bool {
-        let measured = Measured {
-            current: smooth(mean_ma),
-            ..UNMEASURED
-        };
-        let conditions = Conditions {
-            is_driving,
-            duty: percent(duty_pct),
-            ..driven(&measured)
-        };
-        let guard = EncoderGuard {
-            travelled: Some(0),
-            ..EncoderGuard::default()
-        };
-        let limits = EncoderLimits {
-            stuck_duty_pct: 50,
-            stuck_current_ma: 100,
-            ..EncoderLimits::DEFAULT
-        };
-        guard.is_still_and_takes_no_current(&limits, &conditions) == Some(true)
-    }
-
-    #[test]
-    fn a_motor_that_is_driven_hard_without_its_current_turns() {
-        for sign in [1, -1] {
-            let duty_pct = 50.0 * f64::from(sign);
-            assert!(is_stuck(true, duty_pct, 99 * sign));
-            assert!(!is_stuck(true, duty_pct, 100 * sign), "it pulls");
-            assert!(!is_stuck(true, 0.99 * duty_pct, 0), "not driven hard");
-            assert!(!is_stuck(false, duty_pct, 0), "not driven");
         }
     }
 }

@@ -10,11 +10,17 @@ pub(super) struct Lasting(u16);
 impl Lasting {
     /// Takes whether the condition holds, `None` where that is not known: then the count stays.
     /// Returns whether it has held for `time_ms` longer than not, one control period at the least.
+    #[inline(always)]
     pub fn update(&mut self, holds: Option<bool>, time_ms: i32) -> bool {
         // Most conditions do not hold.
         if self.0 == 0 && holds != Some(true) {
             return false;
         }
+        self.count(holds, time_ms)
+    }
+
+    #[inline(never)]
+    fn count(&mut self, holds: Option<bool>, time_ms: i32) -> bool {
         let limit = periods(time_ms);
         self.0 = match holds {
             // It ends at its limit: a condition that has held for long ends at once.

@@ -46,8 +46,8 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
             *samples = Samples::at_rest(word(2u16.wrapping_mul(since as u16)));
         }
         Fault::OverCurrent => samples.current = Some(current(-1640)),
-        // Beyond the limit of the winding that `parameters` sets.
-        Fault::Overload => scan(samples).temperature = temperature_code(84.0),
+        // By the limit that `parameters` sets.
+        Fault::Overload => {}
         Fault::BridgeTripped => samples.bridge_tripped = true,
         Fault::Stall => {
             *samples = Samples::at_rest(word(0));
@@ -83,7 +83,7 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
 fn parameters(fault: Fault) -> BoardParameters {
     let mut parameters = BoardParameters::DEFAULT;
     if fault == Fault::Overload {
-        parameters.current.winding_mdeg_c = 80_000;
+        parameters.current.winding_mdeg_c = 20_000;
     }
     parameters
 }
@@ -92,7 +92,7 @@ fn parameters(fault: Fault) -> BoardParameters {
 fn prepared(fault: Fault) -> TestBoard {
     let mut board = match fault {
         Fault::MotorPolarity => TestBoard::turning_at(90.0),
-        _ => TestBoard::enabled_with(parameters(fault)),
+        _ => TestBoard::enabled(),
     };
     match fault {
         Fault::CommandTimeout => {
@@ -103,6 +103,7 @@ fn prepared(fault: Fault) -> TestBoard {
             board.command = Some(angle(30.0));
         }
         Fault::CurrentImplausible => board.command = Some(angle(9.0)),
+        Fault::Overload => board.application.parameters = parameters(fault),
         // The controller pulls, within the window of the following error.
         Fault::Stall => {
             board.application.motor.ripple = smooth();

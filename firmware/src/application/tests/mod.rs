@@ -161,10 +161,11 @@ impl Configured {
     }
 
     pub fn control_period(&mut self, samples: &Samples) -> Outputs {
+        let limits = CurrentLimits::of(&self.limits, &self.parameters, &ModelSettings::DEFAULT);
         let settings = Settings {
             board: &self.parameters,
             motor: &self.motor,
-            limits: &self.limits,
+            limits: &limits,
         };
         *self.application.control_period(settings, samples)
     }

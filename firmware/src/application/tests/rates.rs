@@ -55,10 +55,7 @@ fn a_rate_is_reached_and_the_following_error_watches_it() {
 
     // Less than the monitored rate: no fault, whatever the shaft does.
     let following = |velocity: Rate| {
-        let mut parameters = BoardParameters::DEFAULT;
-        // The samples show no current.
-        parameters.encoder.stuck_ms = 10_000;
-        let mut application = enabled(parameters);
+        let mut application = enabled(BoardParameters::DEFAULT);
         (0..200)
             .find(|_| {
                 command(&mut application, velocity.into());

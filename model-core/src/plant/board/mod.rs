@@ -221,11 +221,7 @@ impl BoardPlant {
     }
 
     fn sample_current(&mut self) {
-        let drawn_a = match self.connection {
-            Connection::Supply(sign) => sign * self.current_a(),
-            Connection::Open | Connection::Shorted => 0.0,
-        };
-        let (current_a, supply_v) = (self.current_a(), self.supply.under(drawn_a));
+        let (current_a, supply_v) = (self.current_a(), self.supply.after(self.drawn_a));
         self.sensed.current = self.front_ends.current(current_a);
         self.sensed.supply = self.front_ends.supply(supply_v);
         if let Some(code) = self.defects.stuck_current {
