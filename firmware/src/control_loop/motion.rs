@@ -18,6 +18,9 @@ use crate::{
 /// Faults of the supply voltage.
 const VOLTAGE: FaultSet = FaultSet::of(&[Fault::UnderVoltage, Fault::OverVoltage]);
 
+/// The fault that a held load causes.
+const STALL: FaultSet = FaultSet::of(&[Fault::Stall]);
+
 impl State {
     /// A rising edge of the fault reset acknowledges faults that are no longer present, in the
     /// state "fault" alone: transition 15.
@@ -25,7 +28,8 @@ impl State {
         let resets = self.command.control & controlword::FAULT_RESET != 0;
         let rises = resets && !self.motion.resets;
         self.motion.resets = resets;
-        let present = self.application.telemetry().present;
+        // A load that is held stalls the motor until the reset.
+        let present = self.application.telemetry().present.without(STALL);
         let has_stopped = self.axis.state() == Cia402State::Fault;
         if !rises || !has_stopped || !present.and(self.latched()).is_empty() {
             return;

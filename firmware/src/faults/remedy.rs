@@ -31,7 +31,9 @@ impl Fault {
                 "Look for a short circuit of the motor or its cable. If it comes with reversals, lower \
                  the acceleration or the duty limit."
             }
-            Self::Overload => "Let the motor cool, and reduce the load or the temperature around it. Object 2011h has its thermal model.",
+            Self::Overload => {
+                "Let the motor cool, and reduce the load or the temperature around it. Object 2011h has its thermal model."
+            }
             Self::BridgeTripped => {
                 "Look for a short circuit of the motor, its cable or the bridge before you enable again."
             }

@@ -41,7 +41,7 @@ fn a_motor_accelerates_and_reverses_within_its_limit() {
 }
 
 #[test]
-fn a_jammed_shaft_is_held_at_the_limit_and_the_statusword_says_so() {
+fn a_jammed_shaft_is_held_at_the_limit() {
     let mut board = limited(600);
     board.plant.plant.defects.is_jammed = true;
     let outputs = board.follow(angle(8.0), 100);

@@ -3,6 +3,7 @@
 extern crate std;
 
 mod bus_errors;
+mod current;
 mod enabling;
 mod events;
 mod failsafe;

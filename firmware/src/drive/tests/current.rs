@@ -1,0 +1,84 @@
+//! Limits of current, and a shaft that is held after a fault, as a master sees them.
+
+use super::*;
+use crate::{application::BoardState, faults::Fault};
+use model_core::{
+    control::encoder_word::{EncoderCount, EncoderWord, Magnet},
+    sensors::adc::AdcCode,
+};
+
+/// A motor that draws no more than 6073h permits turns more slowly, and bit 11 says why.
+#[test]
+fn bit_11_is_set_while_6073h_limits_the_current_and_6072h_is_as_good() {
+    for index in [0x6072, 0x6073] {
+        let mut bench = Bench::new();
+        bench.set(0x2040, 1, 0, 4);
+        bench.enable();
+        assert_eq!(bench.status() & statusword::INTERNAL_LIMIT, 0);
+        // 100 mA.
+        bench.set(index, 0, 200, 2);
+        bench.set(0x607A, 0, 50_000, 4);
+        bench.steps(5);
+        assert_ne!(bench.status() & statusword::INTERNAL_LIMIT, 0, "{index:x}");
+        let current = bench.get(0x6078, 0) as i16;
+        assert!(current <= 230, "{index:x}: {current} of 1000");
+        bench.until(1000, |bench| bench.angle_mdeg() > 49_500);
+    }
+}
+
+#[test]
+fn bit_7_warns_while_the_heat_of_the_winding_reduces_the_current() {
+    let mut bench = Bench::new();
+    // 45 deg C: the current decreases from 30 on. With the time constant of a second the winding
+    // reaches that in the first motion.
+    bench.set(0x2100, 11, 45_000, 4);
+    bench.set_real(0x2011, 11, 1.0);
+    bench.set(0x2040, 1, 0, 4);
+    bench.enable();
+    assert_eq!(bench.status() & statusword::WARNING, 0);
+    let cold = bench.get(0x2009, 0);
+    assert!((240..260).contains(&cold), "{cold}");
+    let mut target = 50_000_i32;
+    for _ in 0..10 {
+        bench.set(0x607A, 0, target as u32, 4);
+        bench.steps(100);
+        target = -target;
+    }
+    bench.until(100, |bench| bench.status() & statusword::WARNING != 0);
+    assert!((300..450).contains(&bench.get(0x2009, 0)));
+    // A reset of the node keeps the temperature.
+    let before = bench.get(0x2009, 0);
+    bench.send(0, &[0x81, 1]);
+    bench.steps(200);
+    let after = bench.get(0x2009, 0);
+    assert!(
+        after > cold + 10 && after <= before + 10,
+        "{before} {after}"
+    );
+}
+
+/// The samples of a shaft that stands at zero, with the current of a stall.
+fn stalled(samples: &mut Samples) {
+    let word = EncoderWord::of(EncoderCount::new(0), Magnet::Steady);
+    *samples = Samples::at_rest(word);
+    samples.current = Some(AdcCode::from_pin_v(1.65 + 0.5 * 0.78));
+}
+
+#[test]
+fn a_shaft_that_is_held_after_a_stall_is_in_the_state_fault_and_resets_as_any_fault() {
+    let mut bench = Bench::new();
+    bench.set(0x2040, 1, 0, 4);
+    bench.enable();
+    bench.set(0x607A, 0, 9_000, 4);
+    let mut state = BoardState::Enabled;
+    for _ in 0..200 {
+        state = bench.step_with(stalled).state;
+    }
+    assert_eq!(state, BoardState::FaultHold);
+    assert_eq!(bench.outputs.expect("outputs").fault, Some(Fault::Stall));
+    let status = bench.outputs.expect("outputs").motion.status;
+    assert_eq!(status & 0x4F, 0x08, "fault");
+    bench.send(0x201, &[0x80, 0]);
+    state = bench.step_with(stalled).state;
+    assert_eq!(state, BoardState::Disabled);
+}
