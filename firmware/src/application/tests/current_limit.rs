@@ -1,6 +1,6 @@
 //! The limit of the current on the plant whose current pulses: held loads, heat and weak supplies.
 
-use std::vec::Vec;
+use std::{println, vec::Vec};
 
 use model_core::{
     control::units::{Rate, angle},
@@ -167,6 +167,33 @@ fn limits_beyond_what_the_motor_takes_change_nothing() {
         duties
     };
     assert_eq!(run(3200), run(u16::MAX));
+}
+
+#[test]
+fn the_temperature_of_the_winding_is_that_of_the_motor_with_its_pulsing_current() {
+    for torque_nm in [-0.2, -0.45] {
+        let mut board = Loop::with(&BoardPlantOptions::realistic(3));
+        board.plant.plant.defects.torque_nm = torque_nm;
+        let (mut mean_a, periods) = (0.0, 30_000);
+        for _ in 0..periods {
+            let outputs = board.follow(Angle::ZERO, 1);
+            mean_a += f64::from(outputs.telemetry.current_ma) / 1000.0 / f64::from(periods);
+        }
+        let found = f64::from(board.application.telemetry().winding.get());
+        let actual = board.plant.plant.winding_deg_c();
+        // The mean alone would heat it less, by the ripple of 1 kHz: the steady state of the winding over
+        // the housing, and the housing's after 120 s.
+        let of_mean = mean_a * mean_a * 7.7 * (8.0 + 30.0 * (1.0 - libm::exp(-0.4)));
+        println!(
+            "{torque_nm} N m: {actual:.1} deg C, found {found:.1}, by the mean {:.1}",
+            25.0 + of_mean
+        );
+        assert!(actual > 25.0 + 1.3 * of_mean, "{actual} {of_mean}");
+        // 2 % of the sense's gain are 4 % of the heat; the window of the back-EMF, in which no
+        // current flows, is another 4.4 %.
+        let allowed = 0.1 * (actual - 25.0);
+        assert!((found - actual).abs() < allowed, "{found} {actual}");
+    }
 }
 
 #[test]

@@ -11,6 +11,7 @@ mod bridge;
 mod control_period;
 mod defects;
 mod encoder;
+mod heat;
 mod legs;
 mod options;
 mod sensed;
@@ -29,6 +30,7 @@ pub use bridge::{Bridge, PERIOD_CYCLES};
 pub use control_period::{Edge, Sampled, SampledBoardPlant};
 pub use defects::Defects;
 pub use encoder::{EncoderWire, SsiWord, Stuck};
+pub use heat::HeatParameters;
 pub use options::BoardPlantOptions;
 pub use sensed::{Legs, Sensed};
 pub use slot::Slot;
@@ -36,6 +38,7 @@ pub use supply::SupplyParameters;
 
 use self::bridge::{Connection, Switched};
 use self::encoder::EncoderOutput;
+use self::heat::Heat;
 use self::legs::LegVoltages;
 use self::sensed::FrontEnds;
 use self::supply::Supply;
@@ -50,6 +53,7 @@ pub struct BoardPlant {
     encoder: EncoderOutput,
     front_ends: FrontEnds,
     legs: LegVoltages,
+    heat: Heat,
     sensed: Sensed,
     /// The connection of the winding at the end of the last slot.
     connection: Connection,
@@ -87,6 +91,7 @@ impl BoardPlant {
             encoder: EncoderOutput::try_new(options.encoder, noise(0))?,
             front_ends: FrontEnds::try_new(options, noise)?,
             legs: LegVoltages::new(&options.drivetrain.electrical),
+            heat: Heat::try_new(options)?,
             sensed: Sensed::default(),
             connection: Connection::Open,
             drawn_a: 0.0,
@@ -144,6 +149,9 @@ impl BoardPlant {
 
     fn start_slot(&mut self, time_s: f64) {
         self.supply.advance(time_s, self.drawn_a, &self.defects);
+        if let Some(resistance_ohm) = self.heat.advance(self.air_deg_c(), time_s) {
+            (self.drivetrain).set_winding_resistance_ohm(resistance_ohm);
+        }
         self.drivetrain.settle();
         self.drivetrain.set_supply_v(self.supply.volts());
         self.drivetrain.set_jammed(self.defects.is_jammed);
@@ -158,7 +166,11 @@ impl BoardPlant {
         let connection = switched.connection(self.drivetrain.reading().current_a);
         self.connection = connection;
         let peak_a = self.return_a(connection);
+        let start_a = self.drivetrain.reading().current_a;
         let mean_a = self.drivetrain.advance(self.terminal(connection), time_s);
+        let currents = (start_a, self.drivetrain.reading().current_a, mean_a);
+        let constant_s = self.drivetrain.winding_time_constant_s();
+        self.heat.take(currents, constant_s, time_s);
         let drawn_a = match connection {
             Connection::Supply(sign) => sign * mean_a + self.short_a(),
             // The diodes return the winding's energy.
@@ -243,10 +255,7 @@ impl BoardPlant {
     }
 
     fn sample_legs(&mut self) {
-        let temperature_deg_c = self
-            .defects
-            .temperature_deg_c
-            .unwrap_or(self.front_ends.ambient_deg_c);
+        let temperature_deg_c = self.air_deg_c();
         let legs_v = self
             .legs
             .at_sample(self.connection, self.supply.volts(), self.back_emf_v());
@@ -278,6 +287,17 @@ impl BoardPlant {
     /// over-current trip sees.
     pub fn return_peak_a(&self) -> f64 {
         self.return_peak_a
+    }
+
+    /// Temperature of the winding, deg C.
+    pub fn winding_deg_c(&self) -> f64 {
+        self.heat.winding_deg_c()
+    }
+
+    /// Temperature of the board and of the air around the motor, deg C.
+    fn air_deg_c(&self) -> f64 {
+        let ambient_deg_c = self.front_ends.ambient_deg_c;
+        self.defects.temperature_deg_c.unwrap_or(ambient_deg_c)
     }
 
     /// Voltage of the supply at the board, V.

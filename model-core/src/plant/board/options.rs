@@ -4,7 +4,7 @@ use crate::plant::drivetrain::DrivetrainParameters;
 use crate::sensors::adc::CurrentSenseParameters;
 use crate::sensors::encoder::EncoderParameters;
 
-use super::SupplyParameters;
+use super::{HeatParameters, SupplyParameters};
 
 /// The parts of a plant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,6 +19,8 @@ pub struct BoardPlantOptions {
     pub pin_noise_v: f64,
     /// The source.
     pub supply: SupplyParameters,
+    /// The heat of the motor.
+    pub heat: HeatParameters,
     /// Temperature of the board, deg C.
     pub ambient_deg_c: f64,
     /// Decides every draw.
@@ -33,6 +35,7 @@ impl Default for BoardPlantOptions {
             current: CurrentSenseParameters::default(),
             pin_noise_v: 0.0,
             supply: SupplyParameters::default(),
+            heat: HeatParameters::default(),
             ambient_deg_c: 25.0,
             seed: 0,
         }
@@ -41,7 +44,8 @@ impl Default for BoardPlantOptions {
 
 impl BoardPlantOptions {
     /// A plant as one finds it: noise everywhere, a crooked magnet, a source that gives way, and
-    /// friction that differs from its estimate by up to a third, all of it by the seed.
+    /// friction that differs from its estimate by up to a third, all of it by the seed; and a winding
+    /// of copper.
     ///
     /// ```
     /// use model_core::plant::board::{BoardPlant, BoardPlantOptions};
@@ -69,6 +73,7 @@ impl BoardPlantOptions {
         options.current.current_gain_error = 0.02 * (spread() - 1.0);
         options.supply.source_resistance_ohm = 0.1 * spread();
         options.supply.ripple_v = 0.02;
+        options.heat.copper_per_k = 0.0039;
         options
     }
 }

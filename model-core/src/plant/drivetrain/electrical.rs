@@ -82,6 +82,18 @@ impl Winding {
         }
     }
 
+    /// Sets the resistance, ohm.
+    pub fn set_resistance(&mut self, resistance_ohm: f64) {
+        let inductance_h = self.time_constant_s / self.conductance_s;
+        self.conductance_s = 1.0 / resistance_ohm;
+        self.time_constant_s = inductance_h / resistance_ohm;
+    }
+
+    /// `L/R`, s.
+    pub fn time_constant_s(&self) -> f64 {
+        self.time_constant_s
+    }
+
     pub fn set_supply_v(&mut self, supply_v: f64) {
         self.diode_v = supply_v + self.drop_v;
     }

@@ -418,6 +418,32 @@ impl Drivetrain {
         self.winding.set_supply_v(self.supply_v);
     }
 
+    /// Sets the resistance of the winding, which its temperature changes, ohm; limited to the range
+    /// of its parameter. NaN has no effect.
+    ///
+    /// ```
+    /// use model_core::plant::drivetrain::{Drivetrain, DrivetrainParameters, electrical::Terminal};
+    ///
+    /// let mut drivetrain = Drivetrain::try_new(&DrivetrainParameters::default()).unwrap();
+    /// drivetrain.set_jammed(true);
+    /// drivetrain.set_winding_resistance_ohm(10.0);
+    /// drivetrain.advance(Terminal::Driven(6.0), 0.01);
+    /// assert!((drivetrain.reading().current_a - 0.6).abs() < 1e-9);
+    /// ```
+    pub fn set_winding_resistance_ohm(&mut self, resistance_ohm: f64) {
+        if resistance_ohm.is_nan() {
+            return;
+        }
+        self.winding
+            .set_resistance(within(resistance_ohm, 0.05, 1000.0));
+        self.steps_of_tick = Steps::new(TICK_S, self.longest_step_s, &self.winding);
+    }
+
+    /// Time constant of the winding, s.
+    pub fn winding_time_constant_s(&self) -> f64 {
+        self.winding.time_constant_s()
+    }
+
     /// Jams or frees the gear train; a jammed gear train remains at rest under any torque.
     pub fn set_jammed(&mut self, is_jammed: bool) {
         self.train.is_jammed = is_jammed;
