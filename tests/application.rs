@@ -1,10 +1,10 @@
 //! The firmware's application and the simulator run the same control loop.
 
 use firmware::application::{
-    Application, Bridge, Request, Samples, Settings as BoardSettings, Start,
+    Application, Bridge, CurrentLimits, Request, Samples, Settings as BoardSettings, Start,
 };
 use firmware::measure::{MotorConstants, Ripple};
-use firmware::parameters::{BoardParameters, ModelSettings};
+use firmware::parameters::{BoardParameters, LimitSettings, ModelSettings};
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::control::cascade::Coefficients;
 use model_core::control::pwm_timer::PwmCompare;
@@ -50,6 +50,11 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
         let of_board = BoardSettings {
             board: &parameters,
             motor: &MotorConstants::of(&ModelSettings::DEFAULT),
+            limits: &CurrentLimits::of(
+                &LimitSettings::DEFAULT,
+                &parameters,
+                &ModelSettings::DEFAULT,
+            ),
         };
         let mut application = Application::new(&parameters, Start::default());
         // Before the run the encoder is sampled once, then the loop is closed.
