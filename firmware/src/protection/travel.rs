@@ -24,6 +24,16 @@
 //! up, and are within 1.9 deg together. A single count that is further off than `WINDOW_MDEG` is
 //! rejected, and does not move the shaft. A drift of `d` above the allowance `a` is detected after
 //! `LIMIT/(d - a)`.
+//!
+//! In motion the allowance for the constant hides a drift. But the error of a constant comes and goes
+//! with the travel, and a drift does not: with the same leak, sums of both have the ratio of the error,
+//!
+//! ```text
+//! drift  = drift  (1 - 1/LEAK) + residual
+//! motion = motion (1 - 1/LEAK) + expected       |drift| <= tolerance |motion| + LIMIT + offset
+//! ```
+//!
+//! where the offset has added up to `OFFSET_MDEG_S` times the 2 s of the leak.
 
 use model_core::time::CONTROL_RATE_HZ;
 
@@ -83,6 +93,9 @@ pub const AT_20_DEG_S_PERIODS: i32 = LIMIT_MDEG * MDEG / (20_000 - OFFSET_MDEG_S
 /// Control periods without a count of travel after which an implausible encoder is stuck.
 const STILL: u8 = 3;
 
+/// Control periods of the leak, 2.05 s, as a power of two.
+const LEAK: i32 = 9;
+
 /// The state of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct TravelGuard {
@@ -95,6 +108,9 @@ pub(super) struct TravelGuard {
     unknown: i32,
     above: i32,
     below: i32,
+    /// Leaky sums of the residual and of the motor's travel.
+    drift: i32,
+    motion: i32,
     /// Control periods since the encoder has turned.
     still: u8,
     /// Control periods for which the encoder has rested within a count, and its way since then.
@@ -138,6 +154,9 @@ impl TravelGuard {
         if self.unknown == 0 {
             self.above = next(self.above, residual - allowance);
             self.below = next(self.below, -residual - allowance);
+            // The motor's is at most 2^21 mdeg/s for 2^9 periods; that of accepted residuals less.
+            self.drift += residual - (self.drift >> LEAK);
+            self.motion += self.expected - (self.motion >> LEAK);
             self.still = match travelled {
                 0 => self.still.saturating_add(1),
                 _ => 0,
@@ -182,25 +201,52 @@ impl TravelGuard {
     /// The fault of an encoder that differs from the motor.
     pub fn check(&self) -> FaultSet {
         let mut present = FaultSet::EMPTY;
-        let is_implausible = self.above >= LIMIT_MDEG * MDEG || self.below >= LIMIT_MDEG * MDEG;
+        let limit = LIMIT_MDEG * MDEG;
+        let is_implausible = self.above >= limit || self.below >= limit || self.drifts();
         let is_still = self.still >= STILL;
         present.put(Fault::EncoderStuck, is_implausible && is_still);
         present.put(Fault::EncoderImplausible, is_implausible && !is_still);
         present
     }
 
+    /// Whether the encoder has drifted by more than an error of the constant explains.
+    #[inline(always)]
+    fn drifts(&self) -> bool {
+        self.drift.abs() > least_drift(OFFSET_MDEG_S) && self.drifts_beyond_tolerance()
+    }
+
+    #[inline(never)]
+    fn drifts_beyond_tolerance(&self) -> bool {
+        let least = least_drift(self.offset_mdeg_s());
+        self.drift.abs() > least + tolerance(self.drift, self.motion)
+    }
+
     /// What a sound drive may contribute to a residual.
     fn allowance(&self, residual: i32) -> i32 {
-        let offset = if self.learned >= LEARNED {
+        tolerance(residual, self.expected) + self.offset_mdeg_s() * self.periods
+    }
+
+    /// The rate by which motor and encoder may differ at rest.
+    fn offset_mdeg_s(&self) -> i32 {
+        if self.learned >= LEARNED {
             OFFSET_MDEG_S
         } else {
             UNKNOWN_OFFSET_MDEG_S
-        };
-        let is_ahead = (residual > 0) == (self.expected > 0);
-        let tolerance_pct = if is_ahead { AHEAD_PCT } else { BEHIND_PCT };
-        // Below 2^29.
-        self.expected.abs() / 100 * tolerance_pct + offset * self.periods
+        }
     }
+}
+
+/// The sum of the residual with this offset alone, and the limit.
+const fn least_drift(offset_mdeg_s: i32) -> i32 {
+    LIMIT_MDEG * MDEG + offset_mdeg_s * (1 << LEAK)
+}
+
+/// What an error of the constant makes of this travel of the motor, in the direction of a residual.
+fn tolerance(residual: i32, travel: i32) -> i32 {
+    let is_ahead = (residual > 0) == (travel > 0);
+    let tolerance_pct = if is_ahead { AHEAD_PCT } else { BEHIND_PCT };
+    // Below 2^30.
+    travel.abs() / 100 * tolerance_pct
 }
 
 /// The next value of a sum. It ends at twice its limit, so that it falls again in time.
@@ -276,6 +322,38 @@ mod tests {
         }
         // Half of the travel is missing.
         assert!(detected_s(50.0, 100.0, 0.0).is_some());
+    }
+
+    #[test]
+    fn a_drift_is_detected_in_a_motion_to_and_fro_and_an_error_of_the_constant_is_not() {
+        // 90 deg/s at 0.5 Hz; the encoder has a scale, and a drift in deg/s.
+        let detected_s = |scale: f64, drift: f64| {
+            let motor = MotorConstants::of(&ModelSettings::DEFAULT);
+            let mut guard = TravelGuard {
+                learned: LEARNED,
+                ..TravelGuard::default()
+            };
+            let (mut encoder_deg, mut last) = (0.0, 0);
+            (1..=5000).map(|n| f64::from(n) / PERIODS_PER_S).find(|s| {
+                let rate = |s: f64| 90.0 * (core::f64::consts::PI * s).sin();
+                guard.advance(&motor, Some((rate(*s) * 20.218).round() as i32), 0);
+                let mean = (rate(*s) + rate(s - 0.004)) / 2.0;
+                encoder_deg += (mean * scale + drift) / PERIODS_PER_S;
+                let counts = (encoder_deg * 4096.0 / 360.0).round() as i32;
+                guard.accept(counts - last, 700);
+                last = counts;
+                !guard.check().is_empty()
+            })
+        };
+        for scale in [0.77, 1.0, 1.43] {
+            assert_eq!(detected_s(scale, 0.0), None, "{scale}");
+            for drift in [-20.0, -5.0, 5.0, 20.0] {
+                // 4 deg beyond the tolerance of the travel, which returns to zero every 2 s.
+                let found = detected_s(scale, drift).expect("a drift");
+                assert!(found < 2.5, "{scale} {drift}: {found} s");
+            }
+        }
+        assert_eq!(detected_s(1.0, 1.0), None);
     }
 
     #[test]

@@ -34,6 +34,16 @@ pub enum Fault {
         /// By this angle.
         deg: f64,
     },
+    /// The encoder shows less of the shaft's travel, or more: an eccentric or loose magnet.
+    EncoderScale {
+        /// By this much, %.
+        percent: f64,
+    },
+    /// Play between the shaft and the magnet.
+    EncoderPlay {
+        /// Of this angle.
+        deg: f64,
+    },
     /// A resistance across the motor.
     MotorShort {
         /// Ohm.
@@ -67,6 +77,11 @@ pub enum Fault {
     CurrentSense {
         /// The code.
         code: u16,
+    },
+    /// The current sense has another gain.
+    CurrentGain {
+        /// More by this much, %.
+        percent: f64,
     },
     /// The over-current comparator trips, independently of the current.
     BridgeTrip,
@@ -173,6 +188,10 @@ impl Fault {
     pub(super) fn bounds(&self) -> Option<(&'static str, f64, f64, f64)> {
         match self {
             Self::MagnetSlips { deg } => Some(("deg", *deg, -360.0, 360.0)),
+            Self::EncoderScale { percent } | Self::CurrentGain { percent } => {
+                Some(("percent", *percent, -100.0, 1000.0))
+            }
+            Self::EncoderPlay { deg } => Some(("deg", *deg, 0.0, 360.0)),
             Self::MotorShort { ohm } => Some(("ohm", *ohm, 0.0, 1e6)),
             Self::Torque { nm } => Some(("nm", *nm, -100.0, 100.0)),
             Self::Supply { volts } => Some(("volts", *volts, 0.0, 60.0)),

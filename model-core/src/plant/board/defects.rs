@@ -18,6 +18,10 @@ pub struct Defects {
     pub is_encoder_frozen: bool,
     /// The magnet has slipped on the shaft by this angle, deg.
     pub magnet_slip_deg: f64,
+    /// The encoder shows this much of the shaft's travel less, %: an eccentric or loose magnet.
+    pub encoder_loss_pct: f64,
+    /// Play between the shaft and the magnet, deg.
+    pub encoder_play_deg: f64,
     /// A resistance across the motor, ohm.
     pub motor_short_ohm: Option<f64>,
     /// A wire of the motor is off.
@@ -32,6 +36,8 @@ pub struct Defects {
     pub source_ohm: Option<f64>,
     /// Temperature of the board, deg C.
     pub temperature_deg_c: Option<f64>,
+    /// The current sense has this much of its gain less, %.
+    pub current_loss_pct: f64,
     /// The current sense gives this code.
     pub stuck_current: Option<AdcCode>,
 }

@@ -61,6 +61,9 @@ pub(super) struct EncoderOutput {
     chip: Encoder,
     own_magnet: Magnet,
     last: EncoderCount,
+    /// The angle of the magnet, deg, and that from which on the scale is wrong.
+    magnet_deg: f64,
+    scaled_from_deg: f64,
 }
 
 impl EncoderOutput {
@@ -71,12 +74,23 @@ impl EncoderOutput {
             own_magnet: chip.magnet,
             chip,
             last: EncoderCount::new(0),
+            magnet_deg: 0.0,
+            scaled_from_deg: 0.0,
         })
     }
 
     /// What is read of it at this angle of the shaft.
     pub fn word(&mut self, shaft_deg: f64, defects: &Defects) -> SsiWord {
-        let count = self.chip.count(shaft_deg + defects.magnet_slip_deg);
+        // The shaft takes the magnet along at either end of its play.
+        let half_deg = defects.encoder_play_deg / 2.0;
+        let (least, most) = (shaft_deg - half_deg, shaft_deg + half_deg);
+        self.magnet_deg = crate::plant::within(self.magnet_deg, least, most);
+        if defects.encoder_loss_pct == 0.0 {
+            self.scaled_from_deg = self.magnet_deg;
+        }
+        let scaled_deg = self.magnet_deg - self.scaled_from_deg;
+        let lost_deg = scaled_deg * (defects.encoder_loss_pct / 100.0);
+        let count = (self.chip).count(self.magnet_deg - lost_deg + defects.magnet_slip_deg);
         if !defects.is_encoder_frozen {
             self.last = count;
         }

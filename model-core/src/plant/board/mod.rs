@@ -234,7 +234,8 @@ impl BoardPlant {
 
     fn sample_current(&mut self) {
         let (current_a, supply_v) = (self.current_a(), self.supply.after(self.drawn_a));
-        self.sensed.current = self.front_ends.current(current_a);
+        let shown_a = current_a * (1.0 - self.defects.current_loss_pct / 100.0);
+        self.sensed.current = self.front_ends.current(shown_a);
         self.sensed.supply = self.front_ends.supply(supply_v);
         if let Some(code) = self.defects.stuck_current {
             self.sensed.current = code;

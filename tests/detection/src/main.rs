@@ -1,0 +1,177 @@
+//! Draws when the board detects sensors that lie, by the size of the fault, and counts alarms of
+//! sound drives: the application of the board in a closed loop with the plant of the emulated board,
+//! natively.
+//!
+//! A fault begins 3 s after the drive was enabled. A run ends with the first fault that is
+//! latched, or after 10 s. How far the shaft is off is the difference from a run with the same
+//! numbers and without the fault.
+
+mod drive;
+mod fault;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use clap::Parser;
+use host_sim::plot::{Figure, Panel, Series, svg};
+use indicatif::ParallelProgressIterator;
+use model_core::control::units::angle;
+use model_core::plant::board::BoardPlantOptions;
+use model_core::sensors::noise::Noise;
+use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
+
+use drive::{Drive, PERIOD_S, Task};
+use fault::Kind;
+
+/// Draws when the board detects sensors that lie, and counts its false alarms
+#[derive(Debug, Parser)]
+struct Options {
+    /// Drives for each point of a figure, each with its noise, friction and magnet
+    #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
+    seeds: u64,
+    /// Hours of sound drives in which alarms are counted
+    #[arg(long, value_name = "H", default_value_t = 0)]
+    hours: u32,
+    /// Folder of the figures
+    #[arg(long, value_name = "DIR", default_value = "docs/detection")]
+    out: PathBuf,
+}
+
+/// The fault begins after so many control periods, and a run lasts so long.
+const FROM: u32 = 750;
+const UNTIL: u32 = FROM + 2_500;
+
+/// The result of a run.
+#[derive(Debug, Clone, Copy)]
+struct Result {
+    /// Time from the fault to the report, s; `None` without one.
+    reported_s: Option<f64>,
+    /// How far the shaft was off at the most until then, deg.
+    off_deg: f64,
+}
+
+fn run(kind: Kind, size: f64, task: Task, seed: u64) -> Result {
+    let options = BoardPlantOptions::realistic(seed);
+    let (mut faulty, mut sound) = (Drive::enabled(&options), Drive::enabled(&options));
+    for drive in [&mut faulty, &mut sound] {
+        drive.defects().torque_nm = task.torque_nm();
+    }
+    let mut off_deg = 0.0_f64;
+    for period in 0..UNTIL {
+        if period >= FROM {
+            let since_s = f64::from(period - FROM) * PERIOD_S;
+            kind.apply(size, since_s, faulty.defects());
+        }
+        let latched = faulty.perform(task);
+        sound.perform(task);
+        if period < FROM {
+            continue;
+        }
+        off_deg = off_deg.max((faulty.angle_deg() - sound.angle_deg()).abs());
+        if !latched.is_empty() {
+            let reported_s = Some(f64::from(period + 1 - FROM) * PERIOD_S);
+            return Result {
+                reported_s,
+                off_deg,
+            };
+        }
+    }
+    Result {
+        reported_s: None,
+        off_deg,
+    }
+}
+
+/// The latest report, ms, NaN if a run had none; and the greatest angle by which a shaft was off.
+fn worst(kind: Kind, size: f64, task: Task, seeds: u64) -> (f64, f64) {
+    let results: Vec<Result> = (0..seeds)
+        .into_par_iter()
+        .map(|seed| run(kind, size, task, seed))
+        .collect();
+    let all: Option<Vec<f64>> = results.iter().map(|result| result.reported_s).collect();
+    let latest_s = all.map_or(f64::NAN, |times| times.into_iter().fold(0.0, f64::max));
+    let off_deg = results.iter().map(|result| result.off_deg);
+    (latest_s * 1e3, off_deg.fold(0.0, f64::max))
+}
+
+fn figure(kind: Kind, seeds: u64) -> Figure {
+    let (title, x_label) = kind.labels();
+    let mut time = Panel::new("reported after (ms)");
+    let mut off = Panel::new("shaft off (deg)");
+    for (colour, task) in Task::ALL.into_iter().enumerate() {
+        let sizes = kind.sizes();
+        let worst: Vec<(f64, f64)> = sizes
+            .par_iter()
+            .progress()
+            .map(|&size| worst(kind, size, task, seeds))
+            .collect();
+        for (size, (ms, deg)) in sizes.iter().zip(&worst) {
+            println!("{title}; {}; {size}; {ms:.0} ms; {deg:.1} deg", task.name());
+        }
+        let (times, angles): (Vec<f64>, Vec<f64>) = worst.into_iter().unzip();
+        time = time.series(Series::new(task.name(), colour, sizes, &times));
+        off = off.series(Series::new(task.name(), colour, sizes, &angles));
+    }
+    Figure::new(title, x_label).panel(time).panel(off)
+}
+
+/// Faults of an hour of a sound drive in flight-like motion whose back-EMF is off by up to 30 %,
+/// with up to a degree of play in the gears.
+fn alarms(hour: u32) -> u64 {
+    let mut chance = Noise::new(u64::from(hour), 77);
+    let mut uniform = || (chance.gaussian(1.0) / 3.0).clamp(-1.0, 1.0);
+    let mut options = BoardPlantOptions::realistic(u64::from(hour));
+    options.drivetrain.electrical.torque_constant_nm_a *= 1.0 + 0.3 * uniform();
+    options.drivetrain.gear_train.backlash_deg = uniform().abs();
+    let mut drive = Drive::enabled(&options);
+    let mut found = 0;
+    let (mut from_deg, mut period) = (0.0, 0_u32);
+    while f64::from(period) * PERIOD_S < 3600.0 {
+        let target_deg = 60.0 * uniform();
+        // In a step, or within up to a second, and held for up to a second.
+        let ramp = (250.0 * uniform()).max(1.0);
+        let hold = 250.0 * uniform().abs();
+        drive.defects().torque_nm = 0.3 * uniform();
+        for at in 1..(ramp + hold) as u32 {
+            let share = (f64::from(at) / ramp).min(1.0);
+            let command = angle(from_deg + share * (target_deg - from_deg));
+            period += 1;
+            if !drive.follow(command).is_empty() {
+                println!(
+                    "hour {hour}: {:?} after {period} periods",
+                    drive.follow(command)
+                );
+                found += 1;
+                drive = Drive::enabled(&options);
+                break;
+            }
+        }
+        from_deg = target_deg;
+    }
+    found
+}
+
+fn write(folder: &Path, name: &str, figure: &Figure) -> std::io::Result<()> {
+    fs::create_dir_all(folder)?;
+    fs::write(folder.join(name).with_extension("svg"), svg::render(figure))
+}
+
+fn main() -> std::io::Result<()> {
+    let options = Options::parse();
+    for kind in Kind::ALL {
+        write(&options.out, kind.name(), &figure(kind, options.seeds))?;
+    }
+    if options.hours > 0 {
+        let found = AtomicU64::new(0);
+        (0..options.hours)
+            .into_par_iter()
+            .progress()
+            .for_each(|hour| {
+                found.fetch_add(alarms(hour), Ordering::Relaxed);
+            });
+        let found = found.into_inner();
+        println!("{found} alarms in {} h of sound drives", options.hours);
+    }
+    Ok(())
+}
