@@ -65,24 +65,40 @@ pub const fn current_ma(code: AdcCode) -> i32 {
 }
 
 /// Code of a leg that is at ground: 39 mV. While a diode still carries the winding's current after
-/// the switches have opened, one leg is a diode's drop below ground. A motor at its full rate
-/// without load has 4 % of the supply less back-EMF than supply: its lower leg is at 120 mV.
+/// the switches have opened, one leg is a diode's drop below ground, and the other one as much above
+/// the supply.
 const LEG_AT_GROUND: u16 = 16;
 
-/// The back-EMF of the codes of both legs with the bridge off, mV; positive where leg A is higher.
-/// `None` if a leg is at ground: a diode conducts, and the difference is the supply.
+/// A motor at its full rate has a leg at ground too, and the other one at the supply: within the
+/// resolution and the error of the dividers below it, and above it by what the supply gives way under
+/// the current, less than a diode's drop.
+const BELOW_SUPPLY_MV: i32 = 100;
+const ABOVE_SUPPLY_MV: i32 = 200;
+
+/// The back-EMF of the codes of both legs with the bridge off, and of the supply, mV; positive where
+/// leg A is higher. `None` if a diode conducts, where the difference is the supply, or if a leg is not
+/// measured.
 ///
 /// ```
 /// use firmware::measure::back_emf_mv;
-/// use model_core::sensors::dividers::leg_code;
-/// assert_eq!(back_emf_mv(leg_code(5.0), leg_code(1.0)), Some(4000));
-/// assert_eq!(back_emf_mv(leg_code(6.7), leg_code(0.0)), None);
+/// use model_core::sensors::dividers::{leg_code, supply_code};
+/// let supply = supply_code(6.0);
+/// assert_eq!(back_emf_mv(leg_code(5.0), leg_code(1.0), supply), Some(4000));
+/// assert_eq!(back_emf_mv(leg_code(5.98), leg_code(0.02), supply), Some(5960));
+/// // A diode conducts; a leg is open.
+/// assert_eq!(back_emf_mv(leg_code(6.7), leg_code(0.0), supply), None);
+/// assert_eq!(back_emf_mv(leg_code(4.0), leg_code(0.0), supply), None);
 /// ```
-pub const fn back_emf_mv(leg_a: AdcCode, leg_b: AdcCode) -> Option<i32> {
-    if leg_a.bits() < LEG_AT_GROUND || leg_b.bits() < LEG_AT_GROUND {
-        return None;
+pub const fn back_emf_mv(leg_a: AdcCode, leg_b: AdcCode, supply: AdcCode) -> Option<i32> {
+    let (a, b) = (leg_a.bits(), leg_b.bits());
+    if a < LEG_AT_GROUND || b < LEG_AT_GROUND {
+        let higher = if a > b { a } else { b };
+        let above_mv = LEGS.at(higher as i32) - supply_mv(supply);
+        if above_mv < -BELOW_SUPPLY_MV || above_mv > ABOVE_SUPPLY_MV {
+            return None;
+        }
     }
-    Some(LEGS.at(leg_a.bits() as i32 - leg_b.bits() as i32))
+    Some(LEGS.at(a as i32 - b as i32))
 }
 
 /// The supply voltage of a code, mV.
@@ -116,7 +132,7 @@ mod tests {
         #[test]
         fn legs_and_supply_are_recovered_within_a_code(a in 0.1..9.8, b in 0.1..9.8, supply in 0.0..16.4) {
             use model_core::sensors::dividers::{leg_code, supply_code};
-            let difference_mv = f64::from(back_emf_mv(leg_code(a), leg_code(b)).expect("off ground"));
+            let difference_mv = f64::from(back_emf_mv(leg_code(a), leg_code(b), supply_code(6.0)).expect("off ground"));
             // A code of a leg is 2.42 mV: half of it each, and half a mV.
             prop_assert!((difference_mv - (a - b) * 1000.0).abs() < 2.42 + 0.6);
             prop_assert!((f64::from(supply_mv(supply_code(supply))) - supply * 1000.0).abs() < 2.02 + 0.6);

@@ -33,7 +33,7 @@ use self::{
 };
 use crate::{
     faults::{Fault, FaultSet},
-    interface::{Samples, Scan, Settings},
+    interface::{Samples, Settings},
     measure::{self, PeriodCurrent},
 };
 
@@ -122,7 +122,7 @@ impl Protection {
         let Settings { board, motor, .. } = settings;
         let scan = samples.scan;
         let back_emf_mv =
-            scan.and_then(|Scan { leg_a, leg_b, .. }| measure::back_emf_mv(leg_a, leg_b));
+            scan.and_then(|scan| measure::back_emf_mv(scan.leg_a, scan.leg_b, scan.supply));
         (self.travel).advance(motor, back_emf_mv, samples.missed_periods);
         let encoder = self.encoder.validate(
             (&board.encoder, board.control.is_reversed()),

@@ -35,13 +35,12 @@ enum State {
 }
 
 impl State {
-    /// The least drift that is detected before the shaft is 5 deg off, deg/s. In motion a drift
-    /// within 25 % of the motor's rate against it, and 45 % with it, is not: `docs/faults.md`.
+    /// The least drift that is detected before the shaft is 5 deg off for half a second, deg/s:
+    /// `docs/faults.md`.
     fn least_drift_deg_s(self) -> f64 {
         match self {
             Self::Held => 4.0,
-            // The mean rate is 80 deg/s.
-            Self::Moving => 40.0,
+            Self::Moving => 12.0,
         }
     }
 
@@ -126,7 +125,7 @@ fn plan(draw: &mut Draw, state: State) -> Plan {
         loads,
         sensors: Vec::new(),
     };
-    match draw.0.next_u32() % 13 {
+    match draw.0.next_u32() % 16 {
         0 => lie(
             "drift",
             drift(from_ms, draw.either(state.least_drift_deg_s(), 100.0)),
@@ -178,6 +177,23 @@ fn plan(draw: &mut Draw, state: State) -> Plan {
                 kind: "current sense that is stuck",
                 loads: load(draw.either(0.0, 0.5)),
                 sensors: at(Fault::CurrentSense { code }),
+            }
+        }
+        12 => {
+            // Less travel is found from 40 % on; more makes the shaft turn less.
+            let percent = draw.between(-60.0, -45.0);
+            lie("scale", at(Fault::EncoderScale { percent }))
+        }
+        13 => {
+            let deg = draw.between(0.0, 8.0);
+            lie("play", at(Fault::EncoderPlay { deg }))
+        }
+        14 => {
+            let percent = draw.between(-100.0, 100.0);
+            Plan {
+                kind: "gain of the current sense",
+                loads: load(draw.either(0.0, 0.5)),
+                sensors: at(Fault::CurrentGain { percent }),
             }
         }
         _ => Plan {

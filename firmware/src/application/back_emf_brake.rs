@@ -80,7 +80,9 @@ impl BackEmfBrake {
     /// Takes the back-EMF and the current of a motor that is driven.
     pub fn observe(&mut self, current: PeriodCurrent, back_emf_mv: i32) {
         let expected_ma = current.stall_ma - current.mean_ma;
-        let counts = back_emf_mv.abs() >= COUNTED_MV
+        // Wires do not change: what is known stays known whatever the current sense shows later.
+        let counts = self.agreed != KNOWN
+            && back_emf_mv.abs() >= COUNTED_MV
             && expected_ma.abs() >= COUNTED_MA + current.mean_ma.abs() / 3;
         if counts {
             let agrees = (expected_ma > 0) == (back_emf_mv > 0);

@@ -89,7 +89,7 @@ fn a_reversal_at_the_full_rate_hides_the_back_emf_for_20_ms() {
     let mut hidden = 0;
     for _ in 0..120 {
         let scan = native::samples(&board.plant.sampled()).scan.unwrap();
-        hidden += u32::from(measure::back_emf_mv(scan.leg_a, scan.leg_b).is_none());
+        hidden += u32::from(measure::back_emf_mv(scan.leg_a, scan.leg_b, scan.supply).is_none());
         board.follow(Angle::from_int(-150), 1);
     }
     assert_eq!(hidden, 5, "control periods");
