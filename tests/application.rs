@@ -1,7 +1,7 @@
 //! The firmware's application and the simulator run the same control loop.
 
 use firmware::application::{
-    Application, Bridge, CurrentLimits, Request, Samples, Settings as BoardSettings, Start,
+    Application, Bridge, MotorLimits, Request, Samples, Settings as BoardSettings, Start,
 };
 use firmware::measure::{MotorConstants, Ripple};
 use firmware::parameters::{BoardParameters, LimitSettings, ModelSettings};
@@ -50,7 +50,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
         let of_board = BoardSettings {
             board: &parameters,
             motor: &MotorConstants::of(&ModelSettings::DEFAULT),
-            limits: &CurrentLimits::of(
+            limits: &MotorLimits::of(
                 &LimitSettings::DEFAULT,
                 &parameters,
                 &ModelSettings::DEFAULT,

@@ -13,8 +13,8 @@
 //! | enabled, quick stop, fault reaction | fault reaction | a fault whose reaction is a stop by the back-EMF, and after which the motor may brake |
 //! | fault reaction | fault hold | the shaft is at rest, and all latched faults permit to hold it |
 //! | fault reaction | fault | the shaft is at rest; `quick_stop_ms` has elapsed; [`Request::Disable`] |
-//! | fault hold | fault reaction | as in the state enabled |
-//! | fault hold | fault | [`Request::Disable`] |
+//! | fault hold | fault reaction | a fault whose reaction is a stop |
+//! | fault hold | fault | the shaft is not held within the window of the following error; [`Request::Disable`] |
 //! | any | fault | any other fault |
 //! | fault, fault hold | disabled | [`Request::Acknowledge`] |
 //!
@@ -43,7 +43,7 @@ pub use crate::interface::{
     Settings, Taken, Telemetry,
 };
 
-pub use self::current_limit::CurrentLimits;
+pub use self::current_limit::MotorLimits;
 pub(crate) use self::requests::may_retune;
 
 use self::{
@@ -179,8 +179,8 @@ impl Application {
     }
 
     /// Whether the heat of the winding or a weak supply reduces the current.
-    pub(crate) fn is_derated(&self) -> bool {
-        self.current_limit.is_reduced()
+    pub(crate) fn is_derated(&self, limits: &MotorLimits) -> bool {
+        self.current_limit.is_reduced(limits, self.winding())
     }
 
     /// The operating state.
@@ -423,11 +423,9 @@ impl Application {
     }
 }
 
-/// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF; where it
-/// may hold the shaft, it does so after a quick stop.
+/// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.
 fn reaction(parameters: &BoardParameters, fault: Fault) -> Reaction {
     match fault.reaction() {
-        Reaction::SwitchOff if parameters.holding_faults().contains(fault) => Reaction::QuickStop,
         Reaction::StopByBackEmf if !parameters.braking_faults().contains(fault) => {
             Reaction::SwitchOff
         }

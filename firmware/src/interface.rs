@@ -13,7 +13,7 @@ use model_core::{
 };
 
 use crate::{
-    application::CurrentLimits,
+    application::MotorLimits,
     faults::{Fault, FaultSet},
     measure::{MotorConstants, Single},
     parameters::{BoardParameters, CommandSettings, Parameter},
@@ -86,7 +86,7 @@ pub struct Settings<'a> {
     /// The constants of the motor.
     pub motor: &'a MotorConstants,
     /// The limits of current and temperature.
-    pub limits: &'a CurrentLimits,
+    pub limits: &'a MotorLimits,
 }
 
 /// State of the CAN controller (ISO 11898-1, fault confinement).

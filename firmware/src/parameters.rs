@@ -142,10 +142,11 @@ impl BoardParameters {
         FaultSet::of_bits(self.stop.brake_faults as u32)
     }
 
-    /// The faults after which the shaft is held: those of `hold_faults` whose condition leaves
-    /// encoder, current measurement and motor as they are.
+    /// The faults after which the shaft is held: those of `hold_faults` after which the motor may
+    /// brake, and whose condition leaves encoder, current measurement and motor as they are.
     pub fn holding_faults(&self) -> FaultSet {
-        FaultSet::of_bits(self.stop.hold_faults as u32).and(HOLDABLE)
+        let faults = FaultSet::of_bits(self.stop.hold_faults as u32);
+        faults.and(HOLDABLE).and(self.braking_faults())
     }
 
     /// Writes all parameters as words: the control parameters, then [`Parameter::ALL`].

@@ -169,7 +169,7 @@ impl Protection {
                 .plausibility
                 .check(&p.encoder, &settings.motor.ripple, c));
         (self.travel).learn(c.is_driving, c.measured.travelled, c.measured.back_emf_mv);
-        self.winding.update(settings.motor, c);
+        self.winding.update(settings, c);
         present.put(Fault::Overload, settings.limits.is_exceeded(&self.winding));
         present.put(Fault::Stall, self.stall.check(&p.stall, c));
         present.put(Fault::FollowingError, self.following.check(&p.following, c));

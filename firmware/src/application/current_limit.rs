@@ -24,8 +24,10 @@
 //! ```
 //!
 //! Below [`FOLDING_MV`] above `under_voltage_mv` the limit `s` decreases from the present current of
-//! the supply by a third of the missing voltage, mA per mV, in each control period: stable for a
-//! source of up to 6 ohm. The brake after a fault is not limited by that: its load would fall.
+//! the supply by a third of the missing voltage, mA per mV, in each control period, and by no more
+//! than to [`LEAST_SUPPLY_MA`]: a supply whose voltage is low anyway still moves the shaft. A third
+//! is stable for a source of up to 6 ohm. Only the enabled drive is limited by that: in a stop, and
+//! after a fault, its load would fall.
 
 use model_core::control::units::Percent;
 
@@ -48,15 +50,19 @@ const FOLDING_MV: i32 = 300;
 const FOLDING: i32 = 3;
 const RETURNING: i32 = 16;
 
+/// The limit of the current of the supply ends here, mA: at 4.1 V a stalled motor of 7.7 ohm then has
+/// a duty of 0.61, 0.33 A and 0.38 N m.
+const LEAST_SUPPLY_MA: i32 = 200;
+
 /// No motor takes more from its supply, mA: its legs are measured up to 16.5 V.
 const GREATEST_MA: i32 = 30_000;
 
 /// No current needs more than this voltage, mV.
 const GREATEST_MV: f32 = 33_000.0;
 
-/// The limits of current and temperature.
+/// The limits of current and temperature of the motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub struct CurrentLimits {
+pub struct MotorLimits {
     /// The lower one of 6072h and 6073h, mA: the rated torque is that of the rated current.
     current_ma: Single,
     resistance_ohm: Single,
@@ -68,7 +74,7 @@ pub struct CurrentLimits {
     winding_deg_c: Single,
 }
 
-impl CurrentLimits {
+impl MotorLimits {
     /// Those of these parameters.
     pub fn of(limits: &LimitSettings, board: &BoardParameters, model: &ModelSettings) -> Self {
         let permille = limits.max_torque_permille.min(limits.max_current_permille);
@@ -84,45 +90,48 @@ impl CurrentLimits {
         }
     }
 
+    /// Whether the current of this winding is reduced.
+    fn derates(&self, winding: &Winding) -> bool {
+        winding.deg_c() >= self.derated_deg_c.get()
+    }
+
+    /// The limit of the winding's temperature, deg C.
+    pub(crate) fn winding_deg_c(&self) -> f32 {
+        self.winding_deg_c.get()
+    }
+
     /// Whether this winding is too hot.
     pub(crate) fn is_exceeded(&self, winding: &Winding) -> bool {
         winding.deg_c() >= self.winding_deg_c.get()
     }
 }
 
-/// A voltage, mV.
+/// A voltage, mV, within [`GREATEST_MV`].
 fn within(voltage_mv: f32) -> i32 {
-    if voltage_mv < GREATEST_MV {
-        voltage_mv as i32
-    } else {
-        GREATEST_MV as i32
-    }
+    voltage_mv.clamp(-GREATEST_MV, GREATEST_MV) as i32
 }
 
 /// Least and greatest duty.
 pub(super) type Window = (Percent, Percent);
 
-/// What limits the current.
+/// The limit of the current of the supply, mA; `None` of a supply that holds its voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct CurrentLimit {
-    /// Limit of the current of the supply, mA; `None` of a supply that holds its voltage.
     supply_ma: Option<i32>,
-    /// Whether supply or winding reduce the current.
-    is_reduced: bool,
 }
 
 impl CurrentLimit {
-    /// Whether the limit is below that of 6072h and 6073h.
-    pub fn is_reduced(self) -> bool {
-        self.is_reduced
+    /// Whether supply or winding reduce the current.
+    pub fn is_reduced(self, limits: &MotorLimits, winding: &Winding) -> bool {
+        self.supply_ma.is_some() || limits.derates(winding)
     }
 
-    /// Takes the supply voltage, and the current of a control period with this duty.
+    /// Takes the supply voltage and the current of a control period with this back-EMF.
     pub fn observe(
         &mut self,
         settings: Settings<'_>,
-        supply_mv: i32,
-        (current, duty): (PeriodCurrent, Percent),
+        (back_emf_mv, supply_mv): (i32, i32),
+        current: PeriodCurrent,
     ) {
         let missing_mv = settings.board.supply.under_voltage_mv + FOLDING_MV - supply_mv;
         if self.supply_ma.is_none() && missing_mv <= 0 {
@@ -130,30 +139,36 @@ impl CurrentLimit {
         }
         let before_ma = self.supply_ma.unwrap_or(GREATEST_MA);
         let supply_ma = if missing_mv > 0 {
-            // Within 2^15 mA and 100 %.
-            let drawn_ma = (current.mean_ma * duty.to_int() / 100).abs();
+            // The power of resistance and motor: the current pulses, so that its mean square counts.
+            let resistance_ohm = settings.limits.resistance_ohm.get();
+            let of_motor = back_emf_mv as f32 * current.mean_ma as f32;
+            let power_uw = resistance_ohm * current.square_ma2 as f32 + of_motor;
+            let drawn_ma = (power_uw / supply_mv.max(1) as f32) as i32;
             before_ma.min(drawn_ma) - missing_mv / FOLDING
         } else {
-            before_ma - missing_mv / RETURNING
+            before_ma + 1 - missing_mv / RETURNING
         };
         let is_over = supply_ma >= settings.board.current.over_current_ma;
-        self.supply_ma = (!is_over).then_some(supply_ma.max(0));
+        self.supply_ma = (!is_over).then_some(supply_ma.max(LEAST_SUPPLY_MA));
+    }
+
+    /// A drive that is not enabled is not limited by its supply.
+    pub fn reset(&mut self) {
+        self.supply_ma = None;
     }
 
     /// The duties that are permitted at these voltages of back-EMF and supply, if not all are;
     /// `braking` is that of the brake.
     #[inline(always)]
     pub fn window(
-        &mut self,
-        limits: &CurrentLimits,
+        self,
+        limits: &MotorLimits,
         winding: &Winding,
         voltages: (i32, i32),
         braking: impl FnOnce() -> Percent,
     ) -> Option<Window> {
-        let is_hot = winding.deg_c() >= limits.derated_deg_c.get();
-        self.is_reduced = is_hot || self.supply_ma.is_some();
-        // A warm winding has a greater resistance, so that even fewer duties are excluded.
-        if !self.is_reduced && permits_all(limits.voltage_mv, voltages) {
+        // A warm winding has a greater resistance and permits more duty.
+        if !self.is_reduced(limits, winding) && permits_all(limits.voltage_mv, voltages) {
             return None;
         }
         self.narrow(limits, winding, voltages, braking())
@@ -162,7 +177,7 @@ impl CurrentLimit {
     #[inline(never)]
     fn narrow(
         self,
-        limits: &CurrentLimits,
+        limits: &MotorLimits,
         winding: &Winding,
         voltages: (i32, i32),
         braking: Percent,
@@ -209,4 +224,39 @@ fn of_supply(supply_ma: i32, resistance_ohm: f32, (back_emf_mv, supply_mv): (i32
     let r = libm::sqrtf(e * e + 4.0 * v * resistance_ohm * supply_ma as f32);
     let duty = |twice_mv: f32| duty_of(within(twice_mv * 0.5), supply_mv);
     (duty(e - r), duty(e + r))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #[test]
+        fn a_window_permits_no_more_than_the_limit_and_always_to_coast_or_brake(
+            resistance_ohm in 0.05f32..1400.0,
+            supply_ma in LEAST_SUPPLY_MA..2800,
+            span_mv in 0..33_000,
+            back_emf_mv in -16_500..16_500,
+            supply_mv in 0..16_500,
+        ) {
+            let voltages = (back_emf_mv, supply_mv);
+            let windows = [of_motor(span_mv, voltages), Some(of_supply(supply_ma, resistance_ohm, voltages))];
+            for (least, most) in windows.into_iter().flatten() {
+                prop_assert!(least <= most);
+                prop_assert!(least >= Percent::from_int(-100) && most <= Percent::from_int(100));
+            }
+            let (least, most) = of_supply(supply_ma, resistance_ohm, voltages);
+            prop_assert!(least <= Percent::ZERO && Percent::ZERO <= most);
+            // The current of the supply at the ends, where the duty is not limited by 100 %.
+            for duty in [least, most].map(|duty| duty.to_f64() / 100.0) {
+                let (v, e) = (f64::from(supply_mv), f64::from(back_emf_mv));
+                let drawn_ma = duty * (duty * v - e) / f64::from(resistance_ohm);
+                // A step of the duty is 4e-5, and half a mV is lost in the root.
+                let step_ma = (1.0 + 8e-5 * v) / f64::from(resistance_ohm);
+                prop_assert!(drawn_ma <= f64::from(supply_ma) + step_ma, "{}", drawn_ma);
+            }
+        }
+    }
 }

@@ -16,6 +16,7 @@ use crate::{
     faults::{Fault, FaultSet},
     parameters::BoardParameters,
     protection::Measured,
+    timing::angle_of_mdeg,
 };
 
 impl Application {
@@ -38,9 +39,13 @@ impl Application {
     ) {
         let parameters = settings.board;
         let is_valid = measured.count.is_some();
-        if let Some((current, supply_mv)) = measured.current.zip(measured.supply_mv) {
-            let drawn = (current, self.last_step.duty);
-            (self.current_limit).observe(settings, supply_mv, drawn);
+        let supply = measured.current.zip(measured.supply_mv);
+        match supply.filter(|_| self.state == BoardState::Enabled) {
+            Some((current, supply_mv)) => {
+                let voltages = (measured.back_emf_mv.unwrap_or(0), supply_mv);
+                (self.current_limit).observe(settings, voltages, current);
+            }
+            None => self.current_limit.reset(),
         }
         match self.state {
             BoardState::FaultReaction if self.back_emf_stop.is_some() => {
@@ -48,15 +53,16 @@ impl Application {
                 self.oppose_back_emf(settings, measured);
             }
             BoardState::QuickStop | BoardState::FaultReaction | BoardState::FaultHold => {
-                self.decelerate(settings, is_valid)
+                self.decelerate(settings, measured)
             }
             BoardState::Enabled if is_valid => {
                 if let Some((current, back_emf_mv)) = measured.current.zip(measured.back_emf_mv) {
                     self.back_emf_brake.observe(current, back_emf_mv);
                 }
                 let step = self.control.regulate(&parameters.control, setpoint);
-                self.apply_limited(settings, step);
+                self.apply_limited(settings, measured, step);
             }
+            BoardState::Enabled => self.apply_limited(settings, measured, self.last_step),
             _ => {}
         }
         if !self.state.is_driving() {
@@ -101,8 +107,9 @@ impl Application {
     }
 
     /// One period of a quick stop, and its end.
-    fn decelerate(&mut self, settings: Settings<'_>, is_valid: bool) {
+    fn decelerate(&mut self, settings: Settings<'_>, measured: &Measured) {
         let BoardParameters { stop, control, .. } = settings.board;
+        let is_valid = measured.count.is_some();
         let rate = self.control.rate();
         let command = self.stopping.next(stop, rate);
         if is_valid && self.stopping.arrives(rate) {
@@ -117,12 +124,14 @@ impl Application {
                 Some(angle) => self.control.regulate(control, angle),
                 None => self.control.decelerate(control, command),
             };
-            self.apply_limited(settings, step);
+            self.apply_limited(settings, measured, step);
         }
         match self.state {
             BoardState::QuickStop if !self.stopping.is_over(stop) => {}
             BoardState::QuickStop if stop.quick_stop_hold == 1 => {}
             BoardState::QuickStop => self.state = BoardState::Disabled,
+            BoardState::FaultHold if self.is_held(settings.board) => {}
+            BoardState::FaultHold => self.state = BoardState::Fault,
             _ if self.stopping.is_late(stop) => self.state = self.after_the_stop(settings.board),
             _ => {}
         }
@@ -137,10 +146,23 @@ impl Application {
         }
     }
 
-    /// Applies a step of the control law within the limit of the current.
-    fn apply_limited(&mut self, settings: Settings<'_>, mut step: CascadeStep) {
-        let t = &self.outputs.telemetry;
-        let voltages = (t.back_emf_mv, t.supply_mv);
+    /// Whether the shaft is where it is held, within the window of the following error.
+    fn is_held(&self, parameters: &BoardParameters) -> bool {
+        let window = angle_of_mdeg(parameters.following.following_window_mdeg);
+        let place = self.stopping.holds_at();
+        place.is_some_and(|place| (self.control.angle() - place).abs() <= window)
+    }
+
+    /// Applies a step of the control law, or the last one, within the limit of the current. A back-EMF
+    /// that is not measured counts as zero, as for the brake: the shaft may have stopped.
+    fn apply_limited(
+        &mut self,
+        settings: Settings<'_>,
+        measured: &Measured,
+        mut step: CascadeStep,
+    ) {
+        let supply_mv = self.outputs.telemetry.supply_mv;
+        let voltages = (measured.back_emf_mv.unwrap_or(0), supply_mv);
         let braking = || opposing(self.back_emf_brake, settings, voltages);
         let winding = self.protection.winding();
         let window = (self.current_limit).window(settings.limits, winding, voltages, braking);

@@ -71,7 +71,7 @@ impl State {
         if limits.current {
             self.motion.status |= statusword::INTERNAL_LIMIT;
         }
-        if self.application.is_derated() {
+        if self.application.is_derated(&parameters.limits) {
             self.motion.status |= statusword::WARNING;
         }
         self.motion.mode = output.mode_display;

@@ -4,7 +4,7 @@ use canopen::cia402::Parameters as AxisParameters;
 
 use super::axis_parameters::axis_parameters;
 use crate::{
-    application::CurrentLimits,
+    application::MotorLimits,
     drive::StoredParameters,
     interface::Settings,
     measure::MotorConstants,
@@ -25,7 +25,7 @@ pub struct LoopParameters {
     /// The constants of the motor.
     pub motor: MotorConstants,
     /// The limits of current and temperature.
-    pub limits: CurrentLimits,
+    pub limits: MotorLimits,
 }
 
 impl LoopParameters {
@@ -38,7 +38,7 @@ impl LoopParameters {
             axis: axis_parameters(values, &stored.board),
             failsafe: values.failsafe,
             motor: MotorConstants::of(&values.model),
-            limits: CurrentLimits::of(&values.limits, &stored.board, &values.model),
+            limits: MotorLimits::of(&values.limits, &stored.board, &values.model),
         }
     }
 
@@ -56,7 +56,7 @@ impl LoopParameters {
     pub(crate) fn set_values(&mut self, values: &ObjectValues) {
         self.axis = axis_parameters(values, &self.board);
         self.failsafe = values.failsafe;
-        self.limits = CurrentLimits::of(&values.limits, &self.board, &values.model);
+        self.limits = MotorLimits::of(&values.limits, &self.board, &values.model);
     }
 
     /// Takes over the motor of object 2011h.

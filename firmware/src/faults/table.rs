@@ -97,7 +97,6 @@ pub const HOLDABLE: FaultSet = FaultSet::of(&[
     Fault::MagnetWeak,
     Fault::Overload,
     Fault::Stall,
-    Fault::FollowingError,
     Fault::OverTemperature,
     Fault::CommandTimeout,
     Fault::BusOff,

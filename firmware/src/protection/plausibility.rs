@@ -23,8 +23,8 @@ use crate::{
     timing::CONTROL_PERIOD_MS,
 };
 
-/// Control periods for which the current has to be too small or too large: 60 ms, before a stuck encoder is
-/// suspected of a motor that takes no current.
+/// Control periods for which the current has to be wrong: 60 ms, a reversal at the full rate, in which
+/// the back-EMF is hidden, and twice as much.
 pub const CURRENT_IMPLAUSIBLE_PERIODS: i32 = 60 / CONTROL_PERIOD_MS;
 
 /// Control periods for which the encoder has to turn against the back-EMF: 12 ms, before the

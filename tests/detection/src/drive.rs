@@ -1,8 +1,6 @@
 //! The application of the board in a closed loop with the plant, natively.
 
-use firmware::application::{
-    Application, CurrentLimits, Outputs, Request, Samples, Settings, Start,
-};
+use firmware::application::{Application, MotorLimits, Outputs, Request, Samples, Settings, Start};
 use firmware::faults::FaultSet;
 use firmware::measure::MotorConstants;
 use firmware::native;
@@ -57,7 +55,7 @@ pub struct Drive {
     application: Application,
     parameters: BoardParameters,
     motor: MotorConstants,
-    limits: CurrentLimits,
+    limits: MotorLimits,
     plant: SampledBoardPlant,
     period: u32,
 }
@@ -72,7 +70,7 @@ impl Drive {
         let plant = BoardPlant::try_new(options).expect("in range");
         let mut drive = Self {
             application: Application::new(&parameters, Start::default()),
-            limits: CurrentLimits::of(&LimitSettings::DEFAULT, &parameters, &model),
+            limits: MotorLimits::of(&LimitSettings::DEFAULT, &parameters, &model),
             motor: MotorConstants::of(&model),
             parameters,
             plant: SampledBoardPlant::new(plant, &mut |_, _| {}),

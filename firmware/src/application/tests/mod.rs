@@ -161,7 +161,7 @@ impl Configured {
     }
 
     pub fn control_period(&mut self, samples: &Samples) -> Outputs {
-        let limits = CurrentLimits::of(&self.limits, &self.parameters, &ModelSettings::DEFAULT);
+        let limits = MotorLimits::of(&self.limits, &self.parameters, &ModelSettings::DEFAULT);
         let settings = Settings {
             board: &self.parameters,
             motor: &self.motor,

@@ -32,7 +32,7 @@ impl Loop {
         board
     }
 
-    fn step(&mut self) -> Outputs {
+    pub fn step(&mut self) -> Outputs {
         let outputs = self
             .application
             .control_period(&native::samples(&self.plant.sampled()));
