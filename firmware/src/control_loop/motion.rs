@@ -146,7 +146,8 @@ impl State {
     }
 
     fn power_off(&mut self, axis: &AxisParameters, state: Cia402State) {
-        // The application decelerates and holds the shaft by itself, unless power must be removed at once.
+        // The application decelerates and holds the shaft by itself, unless power must be removed
+        // at once.
         let coasts = axis.options.fault_reaction == StopOption::Disable;
         let reacts = matches!(
             self.application.state(),

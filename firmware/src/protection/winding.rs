@@ -63,9 +63,9 @@ impl Winding {
         let (over_housing_k, over_air_k) = (self.winding - self.housing, self.housing - self.air);
         let end = settings.limits.winding_deg_c() + BEYOND_K;
         let winding = self.winding + heated_k - over_housing_k * thermal.winding_rate;
-        self.winding = winding.min(end);
+        self.winding = at_most(winding, end);
         let warmed_k = over_housing_k * thermal.housing_gain - over_air_k * thermal.housing_rate;
-        self.housing = (self.housing + warmed_k).min(end);
+        self.housing = at_most(self.housing + warmed_k, end);
     }
 
     /// The temperature of the winding, deg C.
@@ -77,6 +77,11 @@ impl Winding {
     pub fn resistance_ratio(&self) -> f32 {
         1.0 + COPPER_K * (self.winding - COLD_DEG_C)
     }
+}
+
+/// The lower one; a temperature that is no number is the end.
+fn at_most(deg_c: f32, end: f32) -> f32 {
+    if deg_c < end { deg_c } else { end }
 }
 
 #[cfg(test)]
