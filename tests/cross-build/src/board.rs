@@ -61,23 +61,6 @@ pub fn bring_up_elf() -> &'static Path {
     ELF.get_or_init(|| program("build-board", "bring-up", &[]))
 }
 
-/// The ELF file of the program that runs the control law alone, built once in a process.
-///
-/// # Panics
-/// If it does not build.
-pub fn control_law_elf() -> &'static Path {
-    static ELF: OnceLock<PathBuf> = OnceLock::new();
-    ELF.get_or_init(|| {
-        // Built for speed, as the C program that it is compared with.
-        let settings = [
-            "--config=profile.board.package.canopen.opt-level=3",
-            "--config=profile.board.package.firmware.opt-level=3",
-            "--config=profile.board.package.model-core.opt-level=3",
-        ];
-        program("build-board", "control-law", &settings)
-    })
-}
-
 /// The ELF file of the bootloader, which takes images of the development key; built once in a
 /// process.
 ///
@@ -87,14 +70,6 @@ pub fn boot_elf() -> &'static Path {
     static ELF: OnceLock<PathBuf> = OnceLock::new();
     let settings = ["--features", "development-key"];
     ELF.get_or_init(|| program("build-boot", "actuator-boot", &settings))
-}
-
-/// The ELF file of the program that checks signatures by this library, `salty` or `dalek`.
-///
-/// # Panics
-/// If it does not build.
-pub fn signature_checks_elf(library: &str) -> PathBuf {
-    program("build-signatures", &format!("check-by-{library}"), &[])
 }
 
 /// The file of a program that this alias of `.cargo/config.toml` builds.

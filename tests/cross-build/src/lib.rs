@@ -14,8 +14,8 @@ use std::{
 };
 
 pub use board::{
-    board_elf, board_h743_elf, boot_elf, bring_up_elf, comm_board_elf, control_law_elf,
-    driver_checks_elf, driver_checks_h743_elf, signature_checks_elf,
+    board_elf, board_h743_elf, boot_elf, bring_up_elf, comm_board_elf, driver_checks_elf,
+    driver_checks_h743_elf,
 };
 pub use target::add_target;
 
