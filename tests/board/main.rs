@@ -28,7 +28,6 @@ mod safe_motion;
 mod same_trace;
 mod second_chip;
 mod service_password;
-mod staging_cuts;
 mod stops;
 mod update;
 mod whole_update;
