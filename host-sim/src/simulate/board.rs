@@ -4,7 +4,7 @@ use model_core::{
     actuator::closed_loop::ClosedLoop,
     plant::{
         Plant, PlantState,
-        drivetrain::{load::Recording, pwm::PwmDrivetrain},
+        drivetrain::{load::Recording, stepped::SteppedDrivetrain},
         first_order::FirstOrder,
     },
     sensors::{adc::FrontEnd, noise::Noise},
@@ -63,7 +63,7 @@ pub(super) fn run(
             drive(board, simulation, path, |board, tick, within| {
                 row.clear();
                 row.extend(board_row(board, path, tick, within));
-                row.extend(bench_row(&board.plant, &mut front_ends, within));
+                row.extend(bench_row(&board.plant.drivetrain, &mut front_ends));
                 rows.row(&row)
             })
         }
@@ -106,12 +106,51 @@ fn around_first_order(settings: &Settings) -> Result<ClosedLoop<FirstOrder>, Err
 }
 
 /// The loop around the bench.
-fn around_drivetrain(simulation: &Simulation) -> Result<ClosedLoop<PwmDrivetrain<'_>>, Error> {
+fn around_drivetrain(simulation: &Simulation) -> Result<ClosedLoop<Bench<'_>>, Error> {
     let settings = &simulation.settings;
     let load = simulation.load.as_ref();
-    let load = load.and_then(|load| Recording::try_new(load.points()));
-    let drivetrain = PwmDrivetrain::try_new(&settings.drivetrain, settings.pwm, load)?;
-    Ok(settings.around(drivetrain)?)
+    Ok(settings.around(Bench {
+        drivetrain: SteppedDrivetrain::try_new(&settings.drivetrain, settings.pwm)?,
+        load: load.and_then(|load| Recording::try_new(load.points())),
+        tick: 0,
+        passed: 0,
+    })?)
+}
+
+/// The bench with the recorded torque on its load.
+struct Bench<'a> {
+    drivetrain: SteppedDrivetrain,
+    load: Option<Recording<'a>>,
+    /// At the start of the running period, and how many of it have passed.
+    tick: u64,
+    passed: usize,
+}
+
+impl Plant for Bench<'_> {
+    #[inline(always)]
+    fn start_period(&mut self, duty_pct: f64) {
+        self.tick += self.passed as u64;
+        self.passed = 0;
+        self.drivetrain.start_period(duty_pct);
+    }
+
+    #[inline(always)]
+    fn pass_to(&mut self, tick_in_period: usize) {
+        if let Some(load) = &self.load {
+            for tick in self.passed..tick_in_period {
+                let torque_nm = load.torque_nm(self.tick + tick as u64);
+                self.drivetrain.set_recorded_torque_nm(torque_nm);
+                self.drivetrain.advance_ticks(1);
+            }
+        }
+        self.passed = tick_in_period;
+        self.drivetrain.pass_to(tick_in_period);
+    }
+
+    #[inline(always)]
+    fn at(&self, tick_in_period: usize) -> PlantState {
+        self.drivetrain.at(tick_in_period)
+    }
 }
 
 /// Runs, and passes every tick of a row to `show`, with its index in the PWM period.
@@ -129,9 +168,12 @@ fn drive<P: Plant>(
         board.start_period(|tick| path.command.board(path.source(tick)));
         let end = ticks.min(edge + PWM_PERIOD_TICKS);
         while shown < end {
-            show(&board, shown, (shown - edge) as usize)?;
+            let within = (shown - edge) as usize;
+            board.plant.pass_to(within);
+            show(&board, shown, within)?;
             shown = shown.saturating_add(every);
         }
+        board.plant.pass_to(PWM_PERIOD_TICKS as usize);
         edge += PWM_PERIOD_TICKS;
     }
     Ok(())
@@ -158,12 +200,8 @@ fn board_row<P: Plant>(
     ]
 }
 
-fn bench_row(
-    plant: &PwmDrivetrain,
-    front_ends: &mut [(FrontEnd, Noise); 2],
-    within: usize,
-) -> [f64; 9] {
-    let now = plant.reading_at(within);
+fn bench_row(plant: &SteppedDrivetrain, front_ends: &mut [(FrontEnd, Noise); 2]) -> [f64; 9] {
+    let now = plant.reading();
     let measured = |(front_end, noise): &mut (FrontEnd, Noise), quantity| {
         front_end.quantity(front_end.convert(quantity, noise))
     };

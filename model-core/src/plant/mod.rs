@@ -45,7 +45,13 @@ pub trait Plant {
     /// The duty is limited to +-100 %; NaN counts as 0.
     fn start_period(&mut self, duty_pct: f64);
 
-    /// The state at a tick of the running period, from 0 to 20; later ticks return that of 20.
+    /// Simulates the running period up to this tick, from 0 to 20, for a plant that is not known in
+    /// advance.
+    #[inline(always)]
+    fn pass_to(&mut self, _tick_in_period: usize) {}
+
+    /// The state at a tick of the running period, from 0 to 20, to which it has passed; later ticks
+    /// return that of 20.
     ///
     /// `at(20)` of a period is bit-identical to `at(0)` of the next.
     fn at(&self, tick_in_period: usize) -> PlantState;

@@ -8,7 +8,7 @@ use proptest::{prelude::*, sample::Index};
 use super::*;
 use crate::actuator::PlantKind;
 use crate::plant::{PERIOD, Plant, Pwm};
-use crate::plant::{drivetrain::lanes::DrivetrainLanes, drivetrain::pwm::PwmDrivetrain};
+use crate::plant::{drivetrain::lanes::DrivetrainLanes, drivetrain::stepped::SteppedDrivetrain};
 use crate::plant::{first_order::FirstOrder, first_order::lanes::MotorLanes};
 use crate::time::CONTROL_PERIOD_TICKS;
 use crate::{actuator::closed_loop::ClosedLoop, control::units::angle};
@@ -118,7 +118,7 @@ fn single(settings: &Settings, commands: &[Angle], last: usize, see: Seen) -> Ve
             around(settings, motor, commands, last, see)
         }
         PlantKind::Drivetrain => {
-            let bench = PwmDrivetrain::try_new(&settings.drivetrain, settings.pwm, None).unwrap();
+            let bench = SteppedDrivetrain::try_new(&settings.drivetrain, settings.pwm).unwrap();
             around(settings, bench, commands, last, see)
         }
     }
@@ -143,7 +143,11 @@ fn around<P: Plant>(
             } else {
                 wanted.min(1)
             };
-            seen.extend((0..shown).map(|tick| board.plant.at(tick)));
+            seen.extend((0..shown).map(|tick| {
+                board.plant.pass_to(tick);
+                board.plant.at(tick)
+            }));
+            board.plant.pass_to(PERIOD);
         }
     }
     seen

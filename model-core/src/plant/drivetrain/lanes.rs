@@ -1,5 +1,5 @@
 //! Several drivetrains at once, bit for bit those of
-//! [`PwmDrivetrain`](super::pwm::PwmDrivetrain).
+//! [`SteppedDrivetrain`](super::stepped::SteppedDrivetrain).
 //!
 //! A step of a drivetrain waits for its own results most of the time; drivetrains side by side fill
 //! that time, and vectors take several in one instruction.

@@ -30,7 +30,7 @@ pub mod friction;
 pub mod gear_train;
 pub mod lanes;
 pub mod load;
-pub mod pwm;
+mod pwm;
 pub mod stepped;
 
 use core::f64::consts::PI;
@@ -129,19 +129,6 @@ pub struct Reading {
     pub friction_torque_nm: f64,
     /// External torque at the load, Nm.
     pub load_torque_nm: f64,
-}
-
-/// What a [`Reading`] is computed from, in the units of the simulation.
-#[derive(Debug, Clone, Copy)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-struct Instant {
-    motor: Motion,
-    output: Motion,
-    load: Motion,
-    current_a: f64,
-    terminal_v: f64,
-    friction_nm: f64,
-    load_nm: f64,
 }
 
 /// The drivetrain, driven at the terminals of the winding.
@@ -461,36 +448,18 @@ impl Drivetrain {
 
     /// The present state and signals.
     pub fn reading(&self) -> Reading {
-        self.reading_of(&self.instant())
-    }
-
-    /// The present state.
-    #[inline(always)]
-    fn instant(&self) -> Instant {
-        Instant {
-            motor: self.train.motor(),
-            output: self.train.output(),
-            load: self.train.load(),
-            current_a: self.winding.current_a,
-            terminal_v: self.winding.terminal_v(self.terminal, self.back_emf_v()),
-            friction_nm: self.train.friction_nm,
-            load_nm: self.train.load_nm(&self.load),
-        }
-    }
-
-    /// The signals of a state of this drivetrain.
-    fn reading_of(&self, instant: &Instant) -> Reading {
-        let (motor_rad, motor_rad_s) = instant.motor;
+        let (motor_rad, motor_rad_s) = self.train.motor();
+        let back_emf_v = self.back_emf_v();
         Reading {
-            output: state(instant.output),
+            output: state(self.train.output()),
             motor: state((motor_rad * self.gear_ratio, motor_rad_s * self.gear_ratio)),
-            load: state(instant.load),
-            current_a: instant.current_a,
-            back_emf_v: self.constant_nm_a * motor_rad_s,
-            terminal_v: instant.terminal_v,
-            motor_torque_nm: self.constant_nm_a * instant.current_a,
-            friction_torque_nm: instant.friction_nm,
-            load_torque_nm: instant.load_nm,
+            load: self.load(),
+            current_a: self.winding.current_a,
+            back_emf_v,
+            terminal_v: self.winding.terminal_v(self.terminal, back_emf_v),
+            motor_torque_nm: self.constant_nm_a * self.winding.current_a,
+            friction_torque_nm: self.train.friction_nm,
+            load_torque_nm: self.train.load_nm(&self.load),
         }
     }
 

@@ -135,6 +135,12 @@ impl Plant for SteppedDrivetrain {
         self.passed = 0;
     }
 
+    #[inline(always)]
+    fn pass_to(&mut self, tick_in_period: usize) {
+        self.advance_ticks((tick_in_period as u32).saturating_sub(self.passed));
+    }
+
+    #[inline(always)]
     fn at(&self, _tick_in_period: usize) -> PlantState {
         state(self.drivetrain.train.output())
     }

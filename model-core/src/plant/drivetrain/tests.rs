@@ -1,7 +1,7 @@
 mod energy;
 mod robustness;
 
-use super::pwm::PwmDrivetrain;
+use super::stepped::SteppedDrivetrain;
 use super::*;
 use crate::plant::first_order::{FirstOrder, FirstOrderParameters};
 use crate::plant::{PERIOD, Plant, Pwm};
@@ -89,10 +89,11 @@ fn without_friction_the_drivetrain_follows_the_first_order_motor() {
     // 33.3 % switches within a tick.
     for (pwm, duty_pct) in [(Pwm::Average, 100.0), (Pwm::Switched, 33.3)] {
         let mut simple = FirstOrder::try_new(motor, pwm).unwrap();
-        let mut full = PwmDrivetrain::try_new(&p, pwm, None).unwrap();
+        let mut full = SteppedDrivetrain::try_new(&p, pwm).unwrap();
         for _ in 0..500 {
             simple.start_period(duty_pct);
             full.start_period(duty_pct);
+            full.pass_to(PERIOD);
             let difference = simple.at(PERIOD).angle_deg - full.at(PERIOD).angle_deg;
             assert!(difference.abs() < 0.05, "{pwm:?}: {difference}");
         }
@@ -238,9 +239,10 @@ fn a_bridge_that_coasts_in_the_off_time_runs_faster_at_partial_duty_than_one_tha
     let mut p = without_stops();
     let mut rate = |coast| {
         p.electrical.coast_when_off = coast;
-        let mut b = PwmDrivetrain::try_new(&p, Pwm::Switched, None).unwrap();
+        let mut b = SteppedDrivetrain::try_new(&p, Pwm::Switched).unwrap();
         for _ in 0..1000 {
             b.start_period(30.0);
+            b.pass_to(PERIOD);
         }
         b.at(PERIOD).rate_deg_s
     };
@@ -282,18 +284,6 @@ fn a_pendulum_settles_where_its_weight_balances_the_motor_torque() {
     let torque_nm = 320.0 * 3.62e-3 * 3.0 / 7.7;
     let angle_deg = libm::asin(torque_nm / (9.80665 * 0.1)) * 180.0 / PI;
     assert!((b.reading().output.angle_deg - angle_deg).abs() < 1e-3);
-}
-
-#[test]
-fn a_recorded_load_acts_from_its_tick() {
-    let p = ideal();
-    let steps = [(25, -0.5)];
-    let recording = load::Recording::try_new(&steps).unwrap();
-    let mut b = PwmDrivetrain::try_new(&p, Pwm::Average, Some(recording)).unwrap();
-    b.start_period(0.0);
-    b.start_period(0.0);
-    assert_eq!(b.at(5), PlantState::default());
-    assert!(b.at(6).rate_deg_s < 0.0);
 }
 
 #[test]
@@ -343,16 +333,17 @@ fn a_lower_supply_limits_the_terminal_voltage_and_the_diode_voltage() {
 
 #[test]
 fn a_bench_that_has_come_to_rest_has_no_subnormal_current_or_rate() {
-    let mut bench = PwmDrivetrain::try_new(&without_stops(), Pwm::Average, None).unwrap();
-    let pass = |bench: &mut PwmDrivetrain<'_>, duty_pct, seconds: f64| {
+    let mut bench = SteppedDrivetrain::try_new(&without_stops(), Pwm::Average).unwrap();
+    let pass = |bench: &mut SteppedDrivetrain, duty_pct, seconds: f64| {
         for _ in 0..(seconds / (PERIOD as f64 * TICK_S)) as u32 {
             bench.start_period(duty_pct);
+            bench.pass_to(PERIOD);
         }
     };
     pass(&mut bench, 50.0, 1.0);
     // 345 time constants of the winding, 0.13 ms, are 45 ms.
     pass(&mut bench, 0.0, 1.0);
-    let reading = bench.reading_at(PERIOD);
+    let reading = bench.reading();
     assert_eq!(reading.current_a, 0.0);
     assert_eq!(reading.output.rate_deg_s, 0.0);
     assert_eq!(reading.load.rate_deg_s, 0.0);
