@@ -17,5 +17,3 @@ pub mod transfer_function;
 
 #[cfg(test)]
 pub(crate) mod referee;
-#[cfg(test)]
-mod step_metrics_tests;
