@@ -1,6 +1,6 @@
-//! Every measurement so far: a line of JSON each, and a picture of all.
+//! Every measurement so far: a line of JSON each.
 
-use std::{collections::BTreeMap, fmt::Write as _, fs, path::Path};
+use std::{collections::BTreeMap, fs, path::Path};
 
 use serde::{Deserialize, Serialize};
 
@@ -90,52 +90,6 @@ pub fn append(path: &Path, entry: Entry) -> Result<Vec<Entry>, Error> {
     Ok(entries)
 }
 
-/// Size of the panel of a figure.
-const WIDTH: f64 = 760.0;
-const HEIGHT: f64 = 60.0;
-
-/// A panel for each figure of the last entry: a bar from the least to the greatest value of each
-/// entry of its processor in their order, with a mark at the median.
-pub fn picture(entries: &[Entry]) -> String {
-    let last = entries.last();
-    let is_shown = |entry: &&Entry| last.is_some_and(|last| last.processor == entry.processor);
-    let entries: Vec<_> = entries.iter().filter(is_shown).collect();
-    let names = last.map_or(Vec::new(), |last| last.figures.keys().cloned().collect());
-    let height = HEIGHT * names.len() as f64;
-    // Writing to a string does not fail.
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {WIDTH} {height}\" \
-         font-family=\"sans-serif\" font-size=\"11\">\n\
-         <rect width=\"{WIDTH}\" height=\"{height}\" fill=\"white\"/>\n"
-    );
-    for (index, name) in names.iter().enumerate() {
-        let top = HEIGHT * index as f64;
-        let ranges = entries.iter().enumerate();
-        let ranges: Vec<_> = ranges
-            .filter_map(|(k, entry)| Some((k, entry.figures.get(name)?)))
-            .collect();
-        let most = ranges.iter().map(|(_, range)| range.greatest);
-        let most = most.fold(f64::MIN_POSITIVE, f64::max);
-        let y = |value: f64| top + HEIGHT - 6.0 - value / most * (HEIGHT - 24.0);
-        let unit = ranges.last().map_or("", |(_, range)| range.unit.as_str());
-        let _ = writeln!(
-            svg,
-            "<text x=\"4\" y=\"{}\">{name}: 0 to {most} {unit}</text>",
-            top + 13.0
-        );
-        for (k, range) in ranges {
-            let x = (k as f64 + 0.5) / entries.len() as f64 * WIDTH;
-            let (low, high, middle) = (y(range.least), y(range.greatest), y(range.median));
-            let _ = writeln!(
-                svg,
-                "<path d=\"M{x:.1} {low:.1}V{high:.1}M{:.1} {middle:.1}h6\" stroke=\"black\"/>",
-                x - 3.0
-            );
-        }
-    }
-    svg + "</svg>\n"
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -151,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_line_holds_the_range_of_the_runs_and_every_entry_is_drawn() {
+    fn a_line_holds_the_range_of_the_runs_and_every_entry_is_kept() {
         let run = |value| {
             vec![Figure {
                 name: "speed".into(),
@@ -167,6 +121,5 @@ mod tests {
         let entries = append(&place, entry).unwrap();
         fs::remove_file(&place).unwrap();
         assert_eq!(entries.len(), 2);
-        assert_eq!(picture(&entries).matches("<path").count(), 2);
     }
 }

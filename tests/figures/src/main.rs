@@ -3,8 +3,7 @@
 //! A figure of the page is one that a test or benchmark printed, so none is typed by hand. What is
 //! timed is timed in several runs with pauses between them, and the page states the least and the
 //! greatest value by processor. The page names the commit, the date and the load of the machine;
-//! `docs/figures.jsonl` keeps every measurement, and `docs/figures.svg` shows those on the
-//! processor of the last one.
+//! `docs/figures.jsonl` keeps every measurement.
 
 mod history;
 mod machine;
@@ -12,13 +11,7 @@ mod measurement;
 mod page;
 mod timing;
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::ExitCode,
-    thread,
-    time::Duration,
-};
+use std::{fs, path::PathBuf, process::ExitCode, thread, time::Duration};
 
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -104,14 +97,10 @@ fn run(options: &Options) -> Result<(), Error> {
     } else {
         page::counts(&machine, &measured)
     };
-    let write = |path: &Path, text: &str| {
-        fs::write(path, text).map_err(|source| Error::Write {
-            path: path.to_owned(),
-            source,
-        })
-    };
     let entries = history::append(&options.out.with_extension("jsonl"), entry)?;
-    write(&options.out, &(page::times(&entries) + &counts))?;
-    let picture = history::picture(&entries);
-    write(&options.out.with_extension("svg"), &picture)
+    let text = page::times(&entries) + &counts;
+    fs::write(&options.out, text).map_err(|source| Error::Write {
+        path: options.out.clone(),
+        source,
+    })
 }

@@ -25,7 +25,7 @@ pub struct Measured {
 }
 
 /// Every measurement, in the order of the page.
-pub static MEASUREMENTS: [Measurement; 6] = [
+pub static MEASUREMENTS: [Measurement; 5] = [
     Measurement {
         what: "Flash, SRAM and stack of the boards' programs",
         arguments: "test-all --test elf -- --nocapture --test-threads 1 below_their_limits",
@@ -33,8 +33,8 @@ pub static MEASUREMENTS: [Measurement; 6] = [
     },
     Measurement {
         what: "Instructions of a control period on the board",
-        arguments: "test-all --test board -- --nocapture --test-threads 1 below_300 below_3200",
-        markers: &["instructions", "set and started"],
+        arguments: "test-all --test board -- --nocapture --test-threads 1 below_300 instructions_of_a_control_period",
+        markers: &["instructions", "all handlers"],
     },
     Measurement {
         what: "Instructions on a PC",
@@ -42,19 +42,14 @@ pub static MEASUREMENTS: [Measurement; 6] = [
         markers: &["%", "of each"],
     },
     Measurement {
-        what: "Longest communication cycle, and stack use",
-        arguments: "test-all --test board -- --nocapture --test-threads 1 the_calls_of_the_node",
-        markers: &["the worst", "stack:"],
+        what: "Longest communication cycle, start of the control step, stack",
+        arguments: "test-all --test board -- --nocapture --test-threads 1 the_communication_ends",
+        markers: &["the loop,", "starts", "stack:"],
     },
     Measurement {
         what: "From the last byte of a command on the serial line to its duty",
         arguments: "test-all --test board -- --nocapture --test-threads 1 a_command_reaches",
         markers: &["from the last byte"],
-    },
-    Measurement {
-        what: "Faults, provoked on the emulated board",
-        arguments: "test-all --test board -- --nocapture --test-threads 1 faults",
-        markers: &["| "],
     },
 ];
 

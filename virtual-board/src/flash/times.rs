@@ -36,17 +36,6 @@ impl FlashTimes {
         },
     };
 
-    /// The data sheet's maximum values.
-    pub const SLOWEST: Self = Self {
-        program_ns: 100_000,
-        erase: EraseTimes {
-            small_ms: [800, 600, 500],
-            medium_ms: [2_400, 1_400, 1_100],
-            large_ms: [4_000, 2_600, 2_000],
-            bank_ms: [32_000, 22_000, 16_000],
-        },
-    };
-
     /// The data sheet's typical values, but for erase operations of a millisecond: a program that
     /// waits for an erase executes a hundred million instructions meanwhile.
     pub const SHORT_ERASE: Self = Self {

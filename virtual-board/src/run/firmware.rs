@@ -236,17 +236,6 @@ impl Firmware {
         found.map(|(_, symbol)| symbol.address..symbol.address + symbol.size)
     }
 
-    /// Addresses of the first function whose full name contains this text.
-    ///
-    /// # Errors
-    /// The file has no such function.
-    pub fn function_containing(&self, text: &str) -> Result<Range<u64>, FirmwareError> {
-        let mut symbols = self.symbols.iter();
-        let found = symbols.find(|(name, symbol)| symbol.is_code && name.contains(text));
-        let (_, symbol) = found.ok_or_else(|| self.no_symbol(text))?;
-        Ok(symbol.address..symbol.address + symbol.size)
-    }
-
     /// Names of all functions.
     pub fn functions(&self) -> impl Iterator<Item = &str> {
         let functions = self.symbols.iter().filter(|(_, symbol)| symbol.is_code);
