@@ -47,19 +47,6 @@ fn the_parameters_of_a_simulated_trace_are_recovered() {
 }
 
 #[test]
-fn fitted_parameters_can_be_simulated() {
-    let cli = cli_with_pulse();
-    cli.text("identify pulse.csv --model black-box-1 --parameters fitted.toml");
-    assert!(cli.read("fitted.toml").contains("model = \"black-box-1\""));
-    let columns = |trace: super::Csv| trace.column("angle_deg");
-    let again = columns(cli.trace("--parameters fitted.toml --every 80"));
-    let truth = columns(cli.trace("black-box-1 --every 80"));
-    for (again, truth) in again.iter().zip(&truth) {
-        assert!((again - truth).abs() < 1e-2, "{again} and {truth}");
-    }
-}
-
-#[test]
 fn a_report_is_one_file_and_a_comparison_names_the_sufficient_model() {
     let cli = cli_with_pulse();
     cli.text("simulate black-box-1 --input 3-2-1-1 --every 80 --csv other.csv");

@@ -171,14 +171,6 @@ fn an_unreadable_file_is_reported_with_status_1() {
 }
 
 #[test]
-fn a_file_without_line_ends_is_refused_before_it_fills_the_memory() {
-    let cli = Cli::new();
-    cli.write("in.csv", vec![0; 1 << 20]);
-    let message = "in.csv:1: more than 65536 bytes in a line";
-    cli.assert_error("simulate board --input-file in.csv", 2, message);
-}
-
-#[test]
 fn two_million_rows_are_read_quickly() {
     let cli = Cli::new();
     let mut text = String::from("t,command_deg\n");

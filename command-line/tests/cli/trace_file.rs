@@ -92,25 +92,6 @@ fn an_unwritable_file_leaves_no_partial_and_no_other_files() {
 }
 
 #[cfg(unix)]
-#[test]
-fn a_run_that_is_killed_leaves_the_old_file() {
-    let cli = Cli::new();
-    cli.write("run.csv", "old\n");
-    let mut run = std::process::Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
-        .args("simulate board --duration 1e6 --every 1 --csv run.csv".split(' '))
-        .current_dir(cli.path("."))
-        .spawn()
-        .expect("the program starts");
-    let half = cli.path("run.csv.part");
-    let begun = || std::fs::metadata(&half).is_ok_and(|file| file.len() > 0);
-    while !begun() && run.try_wait().expect("it is a child").is_none() {
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    run.kill().expect("it still runs");
-    run.wait().expect("it ends");
-    assert_eq!(cli.read("run.csv"), "old\n");
-}
-
 #[cfg(not(feature = "parquet"))]
 #[test]
 fn a_build_without_parquet_names_the_feature() {

@@ -1,6 +1,5 @@
 //! `actuator tune`: from a motor and a target bandwidth to gains for the board.
 
-use model_core::evaluation::frequency_response::sine;
 use predicates::prelude::*;
 use serde_json::Value;
 
@@ -24,23 +23,6 @@ fn simulate_command(tuning: &Value) -> &str {
     command
         .strip_prefix("actuator simulate ")
         .expect("it is ours")
-}
-
-#[test]
-fn the_papers_motor_gives_the_papers_gains() {
-    let cli = Cli::new();
-    let tuning = tune(
-        &cli,
-        "--gain 2.836 --time-constant 0.1318 --inner-bandwidth 28.36",
-    );
-    // Ki = w/K and Kp = Ki tau.
-    assert!((number(&tuning, "/gains/integral_gain") - 10.0).abs() < 1e-9);
-    assert!((number(&tuning, "/gains/proportional_gain") - 1.318).abs() < 1e-9);
-    assert!((number(&tuning, "/gains/position_gain") - 8.0).abs() < 1e-9);
-    // The margins of the default loop.
-    assert!((number(&tuning, "/phase_margin_deg/value") - 57.0).abs() < 0.5);
-    assert!((number(&tuning, "/gain_margin_db/value") - 20.6).abs() < 0.1);
-    assert_eq!(tuning["warnings"], serde_json::json!([]));
 }
 
 #[test]
@@ -75,26 +57,6 @@ fn options_are_equivalent_to_settings() {
     let options = "--gain 2 --time-constant 0.05 --inner-bandwidth 40 --position-share 0.3";
     let settings = "--set K=2 --set tau=0.05 --set w=40 --set position_share=0.3";
     assert_eq!(tune(&cli, options), tune(&cli, settings));
-}
-
-#[test]
-fn the_predicted_bandwidth_is_that_of_the_simulated_board() {
-    let cli = Cli::new();
-    let motor = "--gain 2.0 --time-constant 0.05";
-    let tuning = tune(&cli, &format!("{motor} --bandwidth 3 --phase-margin 48"));
-    let promised_hz = number(&tuning, "/bandwidth_hz");
-    assert!((promised_hz - 3.0).abs() < 1e-6);
-    assert!(number(&tuning, "/phase_margin_deg/value") > 47.99);
-    // 3 deg take 3 x 2 pi x 3 Hz = 57 deg/s, far from the 200 of this motor.
-    let input = "--input sine --set input.frequency_hz=3 --set input.amplitude_deg=3 --duration 4";
-    let csv = cli.trace(&format!("{} {input}", simulate_command(&tuning)));
-    // 12 periods in 4 s.
-    let (amplitude, _) = sine(&csv.column("angle_deg"), 12);
-    // Half the power. An encoder count is 3 % of the amplitude.
-    assert!(
-        (amplitude / 3.0 - 0.5_f64.sqrt()).abs() < 0.03,
-        "{amplitude}"
-    );
 }
 
 #[test]
