@@ -87,14 +87,14 @@ impl Step {
     ///
     /// ```
     /// use firmware::bring_up::Step;
-    /// assert_eq!(Step::Supply.range(), (4560, 6300));
+    /// assert_eq!(Step::Supply.range(), (4560, 7600));
     /// ```
     pub const fn range(self) -> (i32, i32) {
         match self {
             // 17 to 48 ms (`docs/hardware.md`, off states), and a ms before it counts.
             Self::Watchdog => (16, 48),
-            // 4.8 to 6 V, each with 5 %: divider and reference have 4.6 %.
-            Self::Supply => (4_560, 6_300),
+            // 4.8 to 7.25 V, each with 5 %: divider and reference have 4.6 %.
+            Self::Supply => (4_560, 7_600),
             // A room; an open or shorted NTC is beyond.
             Self::Temperature => (5_000, 45_000),
             // Offset and reference of the amplifier: 10 mA; the converter: 4 codes of 1.6 mA.
