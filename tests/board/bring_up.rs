@@ -185,7 +185,7 @@ fn a_dead_watchdog_is_found_by_its_step() {
 
 #[test]
 fn a_wrong_supply_is_found_by_its_step() {
-    for (volts, mv) in [(4.2, 4_200), (6.6, 6_600)] {
+    for (volts, mv) in [(4.2, 4_200), (8.0, 8_000)] {
         let measured = fails_at(Step::Supply, true, &[Fault::Supply { volts }]);
         assert!((measured - mv).abs() < 20, "{measured}");
     }

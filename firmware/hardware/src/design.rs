@@ -1,6 +1,8 @@
 //! The design, and what follows from its parts and nets.
 
-use crate::rows::{Connector, Electrical, Figure, Functions, Limit, Part, Pin, ProcessorPin, Rail};
+use crate::rows::{
+    Chain, Connector, Electrical, Figure, Functions, Limit, Part, Pin, ProcessorPin, Rail,
+};
 
 /// Type of the processor's board; its pins are those of the Morpho connectors.
 const NUCLEO: &str = "NUCLEO-F429ZI";
@@ -59,6 +61,7 @@ pub struct Design {
     pub(crate) rails: Vec<Rail>,
     pub(crate) functions: Vec<Functions>,
     pub(crate) connectors: Vec<Connector>,
+    pub(crate) chains: Vec<Chain>,
 }
 
 impl Design {

@@ -189,6 +189,14 @@ pub(crate) struct Connector {
     pub zio: String,
 }
 
+/// What a net is for, of `chains.csv`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+pub(crate) struct Chain {
+    pub board: String,
+    pub chain: String,
+    pub purpose: String,
+}
+
 /// A limit of the program, of `firmware/object-dictionary.csv`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Limit {
