@@ -57,6 +57,8 @@ pub enum Step {
     CanBus,
     /// Way of the shaft, turned by hand, in counts without a jump.
     ShaftByHand,
+    /// Brown-out reset level of the option bytes.
+    BrownOut,
 }
 
 /// What a measurement gives that could not be taken: in no range.
@@ -64,7 +66,7 @@ pub const NOT_MEASURED: i32 = i32::MIN;
 
 impl Step {
     /// All steps in their order.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Watchdog,
         Self::Supply,
         Self::Temperature,
@@ -81,6 +83,7 @@ impl Step {
         Self::CanController,
         Self::CanBus,
         Self::ShaftByHand,
+        Self::BrownOut,
     ];
 
     /// The least and the greatest measurement that passes.
@@ -111,6 +114,8 @@ impl Step {
             Self::Break => (1, 1),
             // 45 deg, either way.
             Self::ShaftByHand => (512, i32::MAX),
+            // 2.7 V, which writing the flash in words requires.
+            Self::BrownOut => (3, 3),
         }
     }
 
@@ -133,6 +138,7 @@ impl Step {
             Self::CanController => "CAN controller (frames)",
             Self::CanBus => "CAN bus (acknowledged frames)",
             Self::ShaftByHand => "shaft by hand (counts)",
+            Self::BrownOut => "brown-out reset (level)",
         }
     }
 

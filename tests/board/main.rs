@@ -30,6 +30,7 @@ mod second_chip;
 mod service_password;
 mod staging_cuts;
 mod stops;
+mod supply_range;
 mod update;
 mod whole_update;
 mod wiring;
