@@ -88,7 +88,7 @@ const CASES: [Case; 20] = [
     // 1.63 A at 0.5 V/A.
     case(
         Reported::OverCurrent,
-        || at(Fault::CurrentSense { code: 3060 }),
+        || at(Fault::CurrentSense { code: 3314 }),
         0,
     ),
     // No current, once the integrator has raised the duty against the jam.
