@@ -85,7 +85,7 @@ const CASES: [Case; 20] = [
         || at(Fault::MagnetSlips { deg: 40.0 }),
         0,
     ),
-    // 1.63 A at 0.5 V/A.
+    // 2.04 A at 0.5 V/A.
     case(
         Reported::OverCurrent,
         || at(Fault::CurrentSense { code: 3314 }),
