@@ -57,6 +57,8 @@ pub enum Step {
     CanBus,
     /// Way of the shaft, turned by hand, in counts without a jump.
     ShaftByHand,
+    /// Brown-out reset level of the option bytes.
+    BrownOut,
 }
 
 /// What a measurement gives that could not be taken: in no range.
@@ -64,7 +66,7 @@ pub const NOT_MEASURED: i32 = i32::MIN;
 
 impl Step {
     /// All steps in their order.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::Watchdog,
         Self::Supply,
         Self::Temperature,
@@ -81,20 +83,21 @@ impl Step {
         Self::CanController,
         Self::CanBus,
         Self::ShaftByHand,
+        Self::BrownOut,
     ];
 
     /// The least and the greatest measurement that passes.
     ///
     /// ```
     /// use firmware::bring_up::Step;
-    /// assert_eq!(Step::Supply.range(), (4560, 6300));
+    /// assert_eq!(Step::Supply.range(), (4560, 7600));
     /// ```
     pub const fn range(self) -> (i32, i32) {
         match self {
             // 17 to 48 ms (`docs/hardware.md`, off states), and a ms before it counts.
             Self::Watchdog => (16, 48),
-            // 4.8 to 6 V, each with 5 %: divider and reference have 4.6 %.
-            Self::Supply => (4_560, 6_300),
+            // 4.8 to 7.25 V, each with 5 %: divider and reference have 4.6 %.
+            Self::Supply => (4_560, 7_600),
             // A room; an open or shorted NTC is beyond.
             Self::Temperature => (5_000, 45_000),
             // Offset and reference of the amplifier: 10 mA; the converter: 4 codes of 1.6 mA.
@@ -111,6 +114,8 @@ impl Step {
             Self::Break => (1, 1),
             // 45 deg, either way.
             Self::ShaftByHand => (512, i32::MAX),
+            // 2.7 V, which writing the flash in words requires.
+            Self::BrownOut => (3, 3),
         }
     }
 
@@ -133,6 +138,7 @@ impl Step {
             Self::CanController => "CAN controller (frames)",
             Self::CanBus => "CAN bus (acknowledged frames)",
             Self::ShaftByHand => "shaft by hand (counts)",
+            Self::BrownOut => "brown-out reset (level)",
         }
     }
 

@@ -185,7 +185,7 @@ fn a_dead_watchdog_is_found_by_its_step() {
 
 #[test]
 fn a_wrong_supply_is_found_by_its_step() {
-    for (volts, mv) in [(4.2, 4_200), (6.6, 6_600)] {
+    for (volts, mv) in [(4.2, 4_200), (8.0, 8_000)] {
         let measured = fails_at(Step::Supply, true, &[Fault::Supply { volts }]);
         assert!((measured - mv).abs() < 20, "{measured}");
     }
@@ -258,7 +258,7 @@ fn the_log_states_measurement_range_and_verdict() {
         lines,
         [
             "1 watchdog (ms): passed, 25 in 16..=48",
-            "2 supply (mV): FAILED, 4202 not in 4560..=6300",
+            "2 supply (mV): FAILED, 4202 not in 4560..=7600",
             "do not connect a motor",
         ]
     );

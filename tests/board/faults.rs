@@ -85,10 +85,10 @@ const CASES: [Case; 20] = [
         || at(Fault::MagnetSlips { deg: 40.0 }),
         0,
     ),
-    // 1.63 A at 0.5 V/A.
+    // 2.04 A at 0.5 V/A.
     case(
         Reported::OverCurrent,
-        || at(Fault::CurrentSense { code: 3060 }),
+        || at(Fault::CurrentSense { code: 3314 }),
         0,
     ),
     // No current, once the integrator has raised the duty against the jam.

@@ -77,7 +77,7 @@ fn the_log_decodes_with_the_strings_of_the_elf() {
     assert_eq!(
         lines,
         [
-            "reset cause 0, parameters from 1, option bytes fffaaed",
+            "reset cause 0, parameters from 1, option bytes ffcaae1",
             "state 1, fault 0",
             "state 2, fault 0",
         ]

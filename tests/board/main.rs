@@ -29,6 +29,7 @@ mod same_trace;
 mod second_chip;
 mod service_password;
 mod stops;
+mod supply_range;
 mod update;
 mod whole_update;
 mod wiring;

@@ -173,10 +173,10 @@ fn braking_cases() -> Vec<Case> {
 /// Faults of the bridge, after which the motor coasts.
 fn coasting_cases() -> Vec<Case> {
     vec![
-        // 1.63 A.
+        // 2.04 A.
         (
             Reported::OverCurrent,
-            Fault::CurrentSense { code: 3060 },
+            Fault::CurrentSense { code: 3314 },
             None,
         ),
         (Reported::BridgeTripped, Fault::BridgeTrip, None),

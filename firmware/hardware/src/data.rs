@@ -108,6 +108,7 @@ impl Design {
             figures: rows("figures.csv", include_str!("../data/figures.csv"))?,
             rails: rows("rails.csv", include_str!("../data/rails.csv"))?,
             functions: rows("functions.csv", include_str!("../data/functions.csv"))?,
+            chains: rows("chains.csv", include_str!("../data/chains.csv"))?,
             connectors: rows("connectors.csv", include_str!("../data/connectors.csv"))?,
         };
         let is_invalid = |pin: &&crate::ProcessorPin| parse_pin(&pin.pin).is_none();

@@ -1,6 +1,8 @@
 //! The design, and what follows from its parts and nets.
 
-use crate::rows::{Connector, Electrical, Figure, Functions, Limit, Part, Pin, ProcessorPin, Rail};
+use crate::rows::{
+    Chain, Connector, Electrical, Figure, Functions, Limit, Part, Pin, ProcessorPin, Rail,
+};
 
 /// Type of the processor's board; its pins are those of the Morpho connectors.
 const NUCLEO: &str = "NUCLEO-F429ZI";
@@ -54,10 +56,12 @@ pub struct Design {
     pub processor: Vec<ProcessorPin>,
     /// The limits of the program.
     pub limits: Vec<Limit>,
-    pub(crate) figures: Vec<Figure>,
+    /// The figures of the data sheets and of the actuator.
+    pub figures: Vec<Figure>,
     pub(crate) rails: Vec<Rail>,
     pub(crate) functions: Vec<Functions>,
     pub(crate) connectors: Vec<Connector>,
+    pub(crate) chains: Vec<Chain>,
 }
 
 impl Design {
@@ -213,7 +217,10 @@ impl Design {
             "over_voltage" => default_v("over_voltage_mv") * (1.0 + error),
             "clamp" => {
                 let clamp = self.part("D1").map_or("", |part| part.kind.as_str());
-                self.figure(clamp, "clamp")
+                let [breakdown_v, rated_v, rated_a] =
+                    ["breakdown_max", "clamp", "clamp_current"].map(|f| self.figure(clamp, f));
+                let share = self.figure("battery", "surge_current") / rated_a;
+                breakdown_v + (rated_v - breakdown_v) * share
             }
             number => number.parse().unwrap_or(f64::NAN),
         }

@@ -19,4 +19,4 @@ pub mod write;
 pub use data::DataError;
 pub use design::{Design, Net, PinOf, Range};
 pub use figures::Divider;
-pub use rows::{Electrical, Limit, Part, Pin, ProcessorPin};
+pub use rows::{Electrical, Figure, Limit, Part, Pin, ProcessorPin};

@@ -94,9 +94,12 @@ pub struct Pin {
 
 /// A figure of a data sheet or of the actuator, of `figures.csv`.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-pub(crate) struct Figure {
+pub struct Figure {
+    /// The part's type, or what else it is a figure of.
     pub of: String,
+    /// Its name.
     pub figure: String,
+    /// In the unit that the file states.
     pub value: f64,
 }
 
@@ -184,6 +187,14 @@ pub(crate) struct Connector {
     pub morpho: String,
     pub name: String,
     pub zio: String,
+}
+
+/// What a net is for, of `chains.csv`.
+#[derive(Debug, Clone, PartialEq, Eq, Deserialize)]
+pub(crate) struct Chain {
+    pub board: String,
+    pub chain: String,
+    pub purpose: String,
 }
 
 /// A limit of the program, of `firmware/object-dictionary.csv`.

@@ -96,7 +96,7 @@ fn an_amplifier_that_saturates_below_the_over_current_limit() {
     found(
         |d| set_value(d, "R10", 0.02),
         Rule::Ranges,
-        "the default of over_current_ma is 1600 mA",
+        "the default of over_current_ma is 2000 mA",
     );
 }
 
@@ -135,7 +135,7 @@ fn a_gate_driver_that_needs_more_than_the_under_voltage_limit() {
     found(
         |d| set_kind(d, "U1", "TC4428A"),
         Rule::Supplies,
-        "U1.6 (VDD): VM has 3.82 to 6.59 V",
+        "U1.6 (VDD): VM has 3.82 to 7.95 V",
     );
 }
 
@@ -275,7 +275,7 @@ fn a_pin_on_two_nets() {
 
 #[test]
 fn transistors_that_need_more_voltage_at_their_gates() {
-    // The clamp of 9 V reaches 15.4 V; the transistors withstand 12 V.
+    // The clamp of 9 V reaches 14.4 V; the transistors withstand 12 V.
     let change = |d: &mut Design| set_kind(d, "D1", "SMAJ9.0A");
     found(change, Rule::Gates, "Q1 withstands 12 V at its gate");
 }
@@ -321,4 +321,55 @@ fn a_divider_beyond_the_reference() {
         Rule::Ranges,
         "V_SENSE reads at most",
     );
+}
+
+fn set_figure(design: &mut Design, of: &str, figure: &str, value: f64) {
+    let mut figures = design.figures.iter_mut();
+    let row = figures.find(|row| row.of == of && row.figure == figure);
+    row.expect("a figure").value = value;
+}
+
+fn set_limit(design: &mut Design, name: &str, default: i64) {
+    let mut limits = design.limits.iter_mut();
+    limits
+        .find(|limit| limit.name == name)
+        .expect("a limit")
+        .default = default;
+}
+
+#[test]
+fn the_changes_for_two_lipo_cells_make_a_sound_design() {
+    let mut design = Design::read().expect("valid files");
+    set_figure(&mut design, "battery", "lowest", 6.0);
+    set_figure(&mut design, "battery", "highest", 8.4);
+    // A duty of 86 % leaves the motor 7.25 V, and a back-EMF of 95 % of that.
+    set_figure(
+        &mut design,
+        "motor",
+        "reversal_current",
+        (8.4 + 0.95 * 7.25) / 7.7,
+    );
+    assert!(
+        !check(&design).is_empty(),
+        "the design is for another supply"
+    );
+    for (designator, kind) in [
+        ("D1", "SMAJ8.5A"),
+        ("Q1", "IRF7319"),
+        ("Q2", "IRF7319"),
+        ("Q5", "AO3407A"),
+    ] {
+        set_kind(&mut design, designator, kind);
+    }
+    for designator in ["R11", "R15", "R17"] {
+        set_value(&mut design, designator, 24.9e3);
+    }
+    for (limit, default) in [
+        ("over_voltage_mv", 8_800),
+        ("under_voltage_mv", 5_500),
+        ("over_current_ma", 2_200),
+    ] {
+        set_limit(&mut design, limit, default);
+    }
+    assert_eq!(check(&design), []);
 }

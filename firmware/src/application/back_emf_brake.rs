@@ -196,10 +196,10 @@ mod tests {
 
     #[test]
     fn the_motor_is_shorted_where_the_current_of_the_on_time_would_be_too_large() {
-        // (6 V + e)/7.7 ohm is 95 % of 1.6 A, 1520 mA, at e = 5.704 V, and a mA more at 5.712 V.
-        assert!(duty(1, (5704, 6000)) < Percent::ZERO);
-        assert_eq!(duty(1, (5712, 6000)), Percent::ZERO);
-        assert_eq!(duty(1, (-5712, 6000)), Percent::ZERO);
+        // (7.6 V + e)/7.7 ohm is 95 % of 2 A, 1900 mA, at e = 7.03 V, and a mA more at 7.038 V.
+        assert!(duty(1, (7030, 7600)) < Percent::ZERO);
+        assert_eq!(duty(1, (7038, 7600)), Percent::ZERO);
+        assert_eq!(duty(1, (-7038, 7600)), Percent::ZERO);
     }
 
     #[test]

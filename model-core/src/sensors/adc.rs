@@ -57,7 +57,7 @@ crate::parameters! {
     /// Front end of the motor current: shunt with bidirectional amplifier.
     pub struct CurrentSenseParameters {
         /// Volts at the pin per ampere.
-        current_gain_v_a [""]: CURRENT_GAIN_V_A, "V/A", 1e-3, 1000.0, "INA240A2 (50 V/V) with 10 mohm: +-2.9 A, and a reversal at full rate takes 1.52 A";
+        current_gain_v_a [""]: CURRENT_GAIN_V_A, "V/A", 1e-3, 1000.0, "INA240A2 (50 V/V) with 10 mohm: +-2.9 A, and a reversal at full rate takes 1.84 A";
         /// Volts at the pin without current.
         current_offset_v [""]: CURRENT_OFFSET_V, "V", 0.0, 3.3, "estimate: half the reference, for both signs";
         /// Relative error of the gain.

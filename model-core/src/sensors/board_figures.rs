@@ -33,4 +33,4 @@ pub const NTC_B_K: f64 = 3_950.0;
 pub const NTC_PULL_UP_OHM: f64 = 10_000.0;
 
 /// Current from the supply at which the comparator U4 trips, A.
-pub const TRIP_A: f64 = 2.069;
+pub const TRIP_A: f64 = 2.324;

@@ -47,6 +47,10 @@ pub struct Chip {
     break_level: Level,
 }
 
+/// OPTCR as `docs/hardware.md` requires it: brown-out reset level 3, sectors 0 and 1 write-protected
+/// (RM0090, section 3.9.10).
+const OPTION_BYTES: u64 = 0x0ffc_aae1;
+
 /// Copies registers between two buses with the same instances.
 fn keep<L: Layout>(
     from: &Bus,
@@ -110,6 +114,8 @@ impl Chip {
             flash_slot,
             break_level: Level::High,
         };
+        let slot = chip.part.bus_mut().slot_mut(flash_slot);
+        chip.flash.set_options(OPTION_BYTES, slot.registers_mut());
         chip.check()?;
         chip.drive_break(VirtualNanos(0), Level::High);
         Ok(chip)

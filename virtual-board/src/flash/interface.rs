@@ -6,6 +6,7 @@ pub(in crate::flash) mod register;
 use std::num::NonZeroU32;
 
 use rigless::device::{DeviceContext, Level, RegisterFile};
+use rigless::soc::stm32f427::generated::flash::Register;
 use rigless::soc::stm32f427::peripherals::flash::Flash;
 use rigless::time::EventId;
 
@@ -73,6 +74,12 @@ impl Interface {
     pub fn set_supply(&mut self, supply_mv: NonZeroU32) {
         self.supply_mv = Some(supply_mv);
         self.options.set_supply(supply_mv);
+    }
+
+    /// Sets the option bytes, as a programmer does before the first start.
+    pub fn set_options(&mut self, optcr: u64, registers: &mut RegisterFile) {
+        let optcr1 = registers.get(Register::Optcr1);
+        self.options.keep_options(optcr, optcr1, registers);
     }
 
     /// The operation in progress.

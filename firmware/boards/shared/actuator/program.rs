@@ -164,6 +164,7 @@ macro_rules! actuator_program {
                     loaded.origin as u8,
                     peripherals.flash.option_bytes()
                 );
+                peripherals.flash.check_option_bytes();
                 // First of all, as what follows may fail if the flash is corrupt.
                 let mut watchdog =
                     WatchdogSupervisor::start(peripherals.watchdogs, cx.core.DCB, cx.core.DWT);

@@ -65,6 +65,8 @@ pub struct Bench {
     pub port: Option<Can>,
     /// Greatest amount of the current while the bridge was driven, mA.
     pub greatest_ma: i32,
+    /// Brown-out reset level of the option bytes.
+    pub brown_out_level: i32,
     wakers: [Interrupt; 2],
 }
 
@@ -91,6 +93,7 @@ impl Bench {
             can: Some(peripherals.can),
             port: None,
             greatest_ma: 0,
+            brown_out_level: peripherals.flash.brown_out_level().into(),
             wakers,
         }
     }

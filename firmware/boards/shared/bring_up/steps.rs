@@ -39,6 +39,7 @@ pub fn measure(step: Step, bench: &mut Bench) -> i32 {
         Step::CanController => bus::looped_back(bench),
         Step::CanBus => bus::acknowledged(bench),
         Step::ShaftByHand => turned(bench),
+        Step::BrownOut => bench.brown_out_level,
     }
 }
 

@@ -2,11 +2,13 @@
 
 mod analog;
 mod bridge;
+mod chains;
 mod connections;
 mod drivers;
 mod inputs;
 mod processor;
 mod supplies;
+mod values;
 
 use std::fmt;
 
@@ -40,6 +42,10 @@ pub enum Rule {
     Headers,
     /// Speed of the serial line.
     Serial,
+    /// Nets lead from the processor and the supplies to the pins with their functions.
+    Functions,
+    /// Time constants and ratings.
+    Values,
 }
 
 /// An error of the design.
@@ -81,5 +87,7 @@ pub fn check(design: &Design) -> Vec<Finding> {
     analog::check(design, &mut findings);
     inputs::check(design, &mut findings);
     processor::check(design, &mut findings);
+    chains::check(design, &mut findings);
+    values::check(design, &mut findings);
     findings.0
 }

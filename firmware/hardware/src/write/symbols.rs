@@ -66,7 +66,7 @@ pub(super) fn two_terminal(part: &Part) -> Option<&'static str> {
             "<path d=\"M-45 0h29M16 0h29M-12 -2L14 -12\"/><circle cx=\"-14\" cy=\"0\" r=\"3\"/>\
              <circle cx=\"14\" cy=\"0\" r=\"3\"/>"
         }
-        "SMAJ6.5A" => {
+        "SMAJ7.5A" => {
             "<path d=\"M-45 0h33M12 0h33M-12 -10v20M-12 -10l5 -4M-12 10l-5 4M12 -10v20L-12 0z\"/>"
         }
         _ => return None,

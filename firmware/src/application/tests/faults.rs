@@ -45,7 +45,7 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
         Fault::EncoderImplausible => {
             *samples = Samples::at_rest(word(2u16.wrapping_mul(since as u16)));
         }
-        Fault::OverCurrent => samples.current = Some(current(-1640)),
+        Fault::OverCurrent => samples.current = Some(current(-2040)),
         // By the limit that `parameters` sets.
         Fault::Overload => {}
         Fault::BridgeTripped => samples.bridge_tripped = true,

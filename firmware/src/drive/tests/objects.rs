@@ -161,7 +161,7 @@ fn relations_between_parameters_are_checked() {
     let crossed = Err(Abort::MaximumBelowMinimum.code());
     assert_eq!(bench.try_set(0x607D, 1, 60_001, 4), crossed);
     assert_eq!(
-        bench.try_set(0x2100, 18, 7_000, 4),
+        bench.try_set(0x2100, 18, 8_000, 4),
         crossed,
         "under- above over-voltage"
     );

@@ -41,6 +41,22 @@ impl Flash {
         self.registers.optcr().read().bits()
     }
 
+    /// Brown-out reset level: 3 is 2.7 V, 0 is off (section 3.9.10).
+    pub fn brown_out_level(&self) -> u8 {
+        0b11 - self.registers.optcr().read().bor_lev().bits()
+    }
+
+    /// Warns of option bytes that are not as `docs/hardware.md` requires.
+    pub fn check_option_bytes(&self) {
+        const BOOTLOADER_SECTORS: u32 = 0b11 << 16;
+        if self.brown_out_level() != 3 {
+            defmt::warn!("the brown-out reset level is not 3");
+        }
+        if self.option_bytes() & BOOTLOADER_SECTORS != 0 {
+            defmt::warn!("the sectors of the bootloader are not write-protected");
+        }
+    }
+
     /// Unlocks the control register and clears earlier errors.
     ///
     /// The data cache is off until the end of the operation: lines that are filled while the other

@@ -8,6 +8,7 @@ pub mod crc_unit;
 pub mod dma;
 pub mod encoder;
 pub mod flash;
+pub mod internal_clock;
 pub mod timing;
 pub mod updater;
 pub mod wiring;

@@ -9,7 +9,7 @@ use stm32f4xx_hal::{dma::StreamsTuple, prelude::*, signature::Uid};
 
 use super::{
     ActuatorBridge, Encoder, analog::Analog, crc_unit::CrcUnit, encoder::SpiTransfer, flash::Flash,
-    timing::CORE_HZ,
+    internal_clock, timing::CORE_HZ,
 };
 use crate::{
     actuator::{
@@ -41,9 +41,18 @@ impl Peripherals {
     /// Starts the clocks, and sets pins and peripherals up.
     pub fn new(dp: pac::Peripherals) -> Self {
         let reset_cause = chip::take_reset_cause(&dp.RCC);
-        let mut rcc = chip::start_clocks(dp.RCC, CORE_HZ.Hz());
-        // If the 8 MHz fail, the clock security system breaks TIM1's outputs within cycles (RM0090,
-        // section 6.2.7).
+        // A failure of the 8 MHz ends in a reset by the watchdog. The program then brakes by the
+        // internal clock; after any other reset it waits for them.
+        let is_internal =
+            reset_cause == ResetCause::Watchdog && !internal_clock::is_external_there(&dp.RCC);
+        let mut rcc = if is_internal {
+            defmt::warn!("no external clock: the internal one is used");
+            internal_clock::start(dp.RCC, &dp.FLASH)
+        } else {
+            chip::start_clocks(dp.RCC, CORE_HZ.Hz())
+        };
+        // If the 8 MHz fail, the clock security system breaks TIM1's outputs within cycles, and its
+        // interrupt, which cannot be masked, ends in the safe state (RM0090, section 6.2.7).
         rcc.cr().modify(|_, w| w.csson().set_bit());
         rcc.ahb1enr().modify(|_, w| {
             w.gpioaen()

@@ -1,4 +1,4 @@
-//! The STM32H743, revision V.
+//! The STM32H743; the registers are those of revision V.
 
 pub use stm32h7::stm32h743v as pac;
 
@@ -10,7 +10,11 @@ pub const PORTS: u32 = 0x5802_0000;
 /// Speed of a pin with edges below 100 ns (section 11.4.3).
 pub const HIGH_SPEED: u32 = 0b01;
 
-/// Starts the clocks, from the 8 MHz that the Nucleo's debugger supplies:
+/// Readings of the clock's state in 10 ms and more, of some ten cycles of 64 MHz each.
+const CLOCK_READINGS: u32 = 80_000;
+
+/// Starts the clocks, from the 8 MHz that the Nucleo's debugger supplies, or after a reset by the
+/// watchdog, which follows a failure of these, from an eighth of the internal oscillator's 64 MHz:
 ///
 /// | clock | source | MHz |
 /// |---|---|---|
@@ -22,7 +26,7 @@ pub const HIGH_SPEED: u32 = 0b01;
 /// | converters | PLL2 P: 8 x 48 / 8, halved in the converter | 48; 24 |
 ///
 /// Timers, CAN and SPI then have the clocks that they have on an STM32F427 with 168 MHz.
-pub fn start_clocks(power: &pac::PWR, flash: &pac::FLASH, rcc: &pac::RCC) {
+pub fn start_clocks(power: &pac::PWR, flash: &pac::FLASH, rcc: &pac::RCC, cause: ResetCause) {
     // The internal regulator supplies the core (chapter 6): scale 1, for at most 400 MHz.
     power
         .cr3()
@@ -34,9 +38,18 @@ pub fn start_clocks(power: &pac::PWR, flash: &pac::FLASH, rcc: &pac::RCC) {
 
     rcc.cr().modify(|_, w| w.hsebyp().set_bit());
     rcc.cr().modify(|_, w| w.hseon().set_bit());
-    while rcc.cr().read().hserdy().bit_is_clear() {}
-    rcc.pllckselr()
-        .write(|w| w.pllsrc().hse().divm1().set(1).divm2().set(1));
+    let mut readings = 0..CLOCK_READINGS;
+    while !readings.any(|_| rcc.cr().read().hserdy().bit()) && cause != ResetCause::Watchdog {
+        readings = 0..CLOCK_READINGS;
+    }
+    rcc.pllckselr().write(|w| {
+        if rcc.cr().read().hserdy().bit() {
+            w.pllsrc().hse().divm1().set(1).divm2().set(1)
+        } else {
+            defmt::warn!("no external clock: the internal one is used");
+            w.pllsrc().hsi().divm1().set(8).divm2().set(8)
+        }
+    });
     // Ranges of 8 MHz at the inputs, wide ranges of the oscillators.
     rcc.pllcfgr().modify(|_, w| {
         w.pll1rge().range8().pll1vcosel().wide_vco();
@@ -96,6 +109,12 @@ pub fn start_clocks(power: &pac::PWR, flash: &pac::FLASH, rcc: &pac::RCC) {
     // If the 8 MHz fail, the clock security system breaks TIM1's outputs within cycles (section
     // 8.5.3).
     rcc.cr().modify(|_, w| w.hsecsson().set_bit());
+}
+
+/// Whether the chip is of revision X, V or a later one, whose converters halve their clock and code
+/// their settings differently from revisions Z and Y (RM0433, section 60.5.8).
+pub fn is_revision_v(debug: &pac::DBGMCU) -> bool {
+    debug.idc().read().rev_id().bits() >= 0x2001
 }
 
 /// Reads the reset cause and clears its flags, so that they show the next reset alone (section

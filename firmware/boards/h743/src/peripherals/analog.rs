@@ -47,13 +47,18 @@ pub struct Analog {
 
 impl Analog {
     /// Sets the converters up: on, calibrated, no conversion running. Takes some 7 ms.
-    pub fn new(current: ADC1, scan: ADC2, common: &ADC12_COMMON) -> Self {
-        // The clock of PLL2, halved by the converters (figure 136).
-        common
-            .ccr()
-            .write(|w| w.ckmode().asynchronous().presc().div1());
+    pub fn new((current, scan): (ADC1, ADC2), common: &ADC12_COMMON, is_revision_v: bool) -> Self {
+        // The clock of PLL2, halved by the converters (figure 136), or by the divider before those
+        // of revision Y, which take it as it is.
+        common.ccr().write(|w| {
+            let w = w.ckmode().asynchronous();
+            match is_revision_v {
+                true => w.presc().div1(),
+                false => w.presc().div2(),
+            }
+        });
         for converter in [&*current, &*scan] {
-            switch_on(converter);
+            switch_on(converter, is_revision_v);
         }
         set_sequence(
             &current,
@@ -101,10 +106,14 @@ impl Analog {
 
 /// Switches a converter on (section 25.4.6 to 25.4.9): its regulator, its calibration of offset and
 /// linearity, the converter.
-fn switch_on(converter: &RegisterBlock) {
+fn switch_on(converter: &RegisterBlock, is_revision_v: bool) {
     let control = converter.cr();
     control.modify(|_, w| w.deeppwd().clear_bit());
-    control.modify(|_, w| w.advregen().set_bit().boost().lt25());
+    // Bit 8 alone is the boost of revision Y, for more than 20 MHz.
+    control.modify(|_, w| match is_revision_v {
+        true => w.advregen().set_bit().boost().lt25(),
+        false => w.advregen().set_bit().boost().lt12_5(),
+    });
     cortex_m::asm::delay(REGULATOR_CYCLES);
     control.modify(|_, w| w.adcallin().set_bit().adcaldif().clear_bit());
     control.modify(|_, w| w.adcal().set_bit());
@@ -113,9 +122,13 @@ fn switch_on(converter: &RegisterBlock) {
     control.modify(|_, w| w.aden().set_bit());
     while converter.isr().read().adrdy().bit_is_clear() {}
     // 12 bits; an overrun keeps the results that are there.
-    converter
-        .cfgr()
-        .modify(|_, w| w.res().twelve_bit_v().ovrmod().clear_bit());
+    converter.cfgr().modify(|_, w| {
+        match is_revision_v {
+            true => w.res().twelve_bit_v(),
+            false => w.res().twelve_bit(),
+        };
+        w.ovrmod().clear_bit()
+    });
 }
 
 /// Sets the sequence, of at most four channels, and their sampling times.

@@ -50,6 +50,13 @@ impl Flash {
         self.registers.optsr_cur().read().bits()
     }
 
+    /// Warns of a brown-out reset level that is not 3, 2.7 V (section 4.9.8).
+    pub fn check_option_bytes(&self) {
+        if self.registers.optsr_cur().read().bor_lev().bits() != 3 {
+            defmt::warn!("the brown-out reset level is not 3");
+        }
+    }
+
     /// Whether an operation was started whose end is not handled yet.
     pub fn is_started(&self) -> bool {
         self.is_started

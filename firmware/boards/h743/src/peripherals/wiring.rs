@@ -40,7 +40,7 @@ impl Peripherals {
     pub fn new(dp: pac::Peripherals) -> Self {
         let rcc = dp.RCC;
         let reset_cause = chip::take_reset_cause(&rcc);
-        chip::start_clocks(&dp.PWR, &dp.FLASH, &rcc);
+        chip::start_clocks(&dp.PWR, &dp.FLASH, &rcc, reset_cause);
         rcc.ahb4enr().modify(|_, w| {
             w.gpioaen().set_bit().gpioben().set_bit();
             w.gpiocen()
@@ -65,6 +65,10 @@ impl Peripherals {
         // The timer first: it holds its outputs low before they are connected to the pins. CSn
         // starts high.
         stop_with_debugger(&dp.DBGMCU);
+        let is_revision_v = chip::is_revision_v(&dp.DBGMCU);
+        if !is_revision_v {
+            defmt::info!("STM32H743 of revision Y or Z");
+        }
         prepare_core();
         let bridge = ActuatorBridge::new(BridgeTimer::new(dp.TIM1));
         let select = SelectPin::new(dp.GPIOA);
@@ -72,7 +76,7 @@ impl Peripherals {
         setup::lock_pins(&PINS);
         Self {
             bridge,
-            analog: Analog::new(dp.ADC1, dp.ADC2, &dp.ADC12_COMMON),
+            analog: Analog::new((dp.ADC1, dp.ADC2), &dp.ADC12_COMMON, is_revision_v),
             encoder: Encoder::new(Timed::new(SpiTransfer::new(dp.SPI1), select)),
             servo_pulse: ServoPulse::new(dp.TIM4),
             period_counter: PeriodCounter::new(dp.TIM2),
