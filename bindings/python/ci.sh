@@ -41,6 +41,9 @@ bash "$source/../../.ci/programs"
 ACTUATOR=$target/debug/actuator "$python" -m pytest -q -p no:cacheprovider \
     --rootdir "$source" -c "$source/pyproject.toml" "$source/tests"
 
+say "the table of servos"
+"$python" "$source/../../models/table.py" --check "$target/debug/actuator"
+
 say "notebook"
 PATH=$place/clean/bin:$PATH MPLBACKEND=Agg "$python" -c "
 import nbclient, nbformat, sys

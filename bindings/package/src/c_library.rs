@@ -1,6 +1,11 @@
 //! The C library: header, static and shared library, and files for pkg-config and CMake.
 
-use std::{fs, os::unix::fs::symlink, path::Path, process::Command};
+use std::{
+    fs,
+    os::unix::fs::symlink,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 use crate::{
     copy,
@@ -29,24 +34,30 @@ const FILES: [(&str, &str); 3] = [
     ),
 ];
 
+const LIBRARY: [&str; 4] = ["-p", "actuator-c", "--lib", "--crate-type"];
+
+/// Builds the static library: of the standard library only what is called.
+pub fn archive(tools: &Tools) -> Result<PathBuf, Error> {
+    let lean = ["staticlib", "--config", "profile.release.lto='fat'"];
+    let built = tools.build(LINUX, &[&LIBRARY[..], &lean].concat(), &[], &[])?;
+    Ok(built.join("libactuator_c.a"))
+}
+
 /// Makes the folder `c`, which can be copied below `/usr/local` or any other prefix.
 pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
     let folder = out.join("c");
     let of_interface = format!("libactuator_c.so.{}", abi_version());
     let soname = format!("-Wl,-soname,{of_interface}");
-    let library = ["-p", "actuator-c", "--lib", "--crate-type"];
-    let shared = [&library[..], &["cdylib"]].concat();
+    let shared = [&LIBRARY[..], &["cdylib"]].concat();
     let built = tools.build(LINUX, &shared, &[&soname], &[])?;
     let whole = format!("libactuator_c.so.{VERSION}");
     copy(
         &built.join("libactuator_c.so"),
         &folder.join("lib").join(&whole),
     )?;
-    // Of the standard library only what is called, and without its debug information.
-    let lean = ["staticlib", "--config", "profile.release.lto='fat'"];
-    tools.build(LINUX, &[&library[..], &lean].concat(), &[], &[])?;
     let archive = folder.join("lib/libactuator_c.a");
-    copy(&built.join("libactuator_c.a"), &archive)?;
+    copy(&self::archive(tools)?, &archive)?;
+    // Without the debug information of the standard library.
     run(Command::new("strip").arg("--strip-debug").arg(&archive))?;
     for (name, target) in [
         (of_interface.as_str(), whole.as_str()),

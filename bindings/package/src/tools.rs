@@ -56,7 +56,15 @@ impl Tools {
 
     /// A tool, in the workspace's folder.
     pub fn command(&self, name: &str) -> Command {
-        let mut command = Command::new(self.programs.join(name));
+        self.with_tools(Command::new(self.programs.join(name)))
+    }
+
+    /// A program of the system that calls the tools, in the workspace's folder.
+    pub fn on_path(&self, name: &str) -> Command {
+        self.with_tools(Command::new(name))
+    }
+
+    fn with_tools(&self, mut command: Command) -> Command {
         command
             .current_dir(cross_build::workspace())
             .env("PATH", &self.path)

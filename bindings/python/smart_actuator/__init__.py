@@ -14,6 +14,7 @@ from ._batch import ActuatorBatch
 from ._control import to_control
 from ._export import Export, export
 from ._identify import Estimate, FitWarning, FittedModel, Identification, identify
+from ._mujoco import mujoco_plugin
 from ._sensitivity import sensitivity
 from ._simulate import monte_carlo, simulate
 from ._stepped import Actuator, Reading
@@ -35,6 +36,7 @@ __all__ = [
     "identify",
     "inputs",
     "monte_carlo",
+    "mujoco_plugin",
     "parameters",
     "presets",
     "sensitivity",

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import concurrent.futures
 import html
+import json
 import multiprocessing
 import os
 import pathlib
 import warnings
-from typing import Any, Callable, Dict, Iterable, Iterator, List, Optional, Sequence, Union
+from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Union
 
 import numpy as np
 
@@ -31,8 +32,20 @@ _ROWS_PER_FILE = 64
 _OUTLIER = 5.0
 
 
+class _Recording(NamedTuple):
+    """A file, or a joint in an episode of a LeRobot data set."""
+
+    path: str
+    episode: Optional[int] = None
+    joint: Optional[str] = None
+
+    @property
+    def name(self) -> str:
+        return self.path if self.joint is None else f"{self.path}: episode {self.episode}, {self.joint}"
+
+
 def identify(
-    paths: Iterable[Path],
+    paths: Union[Path, Iterable[Path]],
     *,
     out: Path,
     model: str = "black-box-1",
@@ -42,7 +55,8 @@ def identify(
 ) -> Any:
     """Fits a model to each recording, and returns a ``pyarrow.Table`` with a row a recording.
 
-    :param paths: files, as :func:`smart_actuator.identify` takes them.
+    :param paths: files, as :func:`smart_actuator.identify` takes them, or folders with LeRobot data
+        sets, of which each joint in each episode is a recording.
     :param out: a folder for the rows, files of Parquet. Recordings that have a row in it are not
         fitted again: an interrupted campaign goes on.
     :param client: a ``dask.distributed.Client``, on whose workers the fits run.
@@ -52,8 +66,9 @@ def identify(
     folder = pathlib.Path(out)
     folder.mkdir(parents=True, exist_ok=True)
     done = set(_read(folder)["path"].to_pylist()) if any(folder.glob("*.parquet")) else set()
-    given = dict.fromkeys(str(os.fspath(path)) for path in paths)
-    left = [path for path in given if path not in done]
+    all_paths = [paths] if isinstance(paths, (str, os.PathLike)) else paths
+    given = dict.fromkeys(one for path in all_paths for one in _recordings(str(os.fspath(path))))
+    left = [recording for recording in given if recording.name not in done]
     number = len(list(folder.glob("*.parquet")))
     for rows in _chunks(_rows(left, {"models": model, **options}, client, processes)):
         _write(rows, folder / f"{number:06d}.parquet")
@@ -61,15 +76,48 @@ def identify(
     return _read(folder)
 
 
-def fit(path: str, options: Dict[str, Any]) -> Row:
+def _recordings(path: str) -> List[_Recording]:
+    if not os.path.isdir(path):
+        return [_Recording(path)]
+    import pyarrow.compute
+    import pyarrow.parquet
+
+    data = pyarrow.parquet.read_table(os.path.join(path, "data"), columns=["episode_index"])
+    episodes = sorted(pyarrow.compute.unique(data["episode_index"]).to_pylist())
+    return [_Recording(path, episode, joint) for episode in episodes for joint in _joints(path)]
+
+
+def _joints(folder: str) -> List[str]:
+    with open(os.path.join(folder, "meta", "info.json"), encoding="utf-8") as file:
+        names = json.load(file)["features"]["observation.state"]["names"]
+    return list(next(iter(names.values()))) if isinstance(names, dict) else list(names)
+
+
+def _data(recording: _Recording) -> Any:
+    if recording.joint is None:
+        return recording.path
+    import pyarrow.parquet
+
+    columns = ("timestamp", "action", "observation.state")
+    rows = pyarrow.parquet.read_table(
+        os.path.join(recording.path, "data"),
+        columns=list(columns),
+        filters=[("episode_index", "=", recording.episode)],
+    )
+    time_s, command, angle = (np.array(rows[name].to_pylist(), float) for name in columns)
+    place = _joints(recording.path).index(recording.joint)
+    return {"time_s": time_s, "command_deg": command[:, place], "angle_deg": angle[:, place]}
+
+
+def fit(recording: _Recording, options: Dict[str, Any]) -> Row:
     """The row of a recording."""
-    row: Row = {"path": path, "time": None, "error": None}
+    row: Row = {"path": recording.name, "time": None, "error": None}
     try:
-        row["time"] = os.stat(path).st_mtime
+        row["time"] = os.stat(recording.path).st_mtime
         # Thousands of recordings have more warnings than anybody reads.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FitWarning)
-            found = _identify(path, threads=1, **options)["models"][0]
+            found = _identify(_data(recording), threads=1, **options)["models"][0]
     except (OSError, ValueError, KeyError) as error:
         return {**row, "error": str(error)}
     row.update(model=found["name"], fit_percent=found["fit_percent"], noise_deg=found["noise_deg"])
@@ -80,7 +128,7 @@ def fit(path: str, options: Dict[str, Any]) -> Row:
     return row
 
 
-def _rows(left: List[str], options: Dict[str, Any], client: Any, processes: Optional[int]) -> Iterator[Row]:
+def _rows(left: List[_Recording], options: Dict[str, Any], client: Any, processes: Optional[int]) -> Iterator[Row]:
     if client is not None:
         import distributed
 
@@ -91,7 +139,7 @@ def _rows(left: List[str], options: Dict[str, Any], client: Any, processes: Opti
     # A fork of a program with threads may hang.
     pool = concurrent.futures.ProcessPoolExecutor(processes, multiprocessing.get_context("spawn"))
     with pool:
-        futures = [pool.submit(fit, path, options) for path in left]
+        futures = [pool.submit(fit, recording, options) for recording in left]
         try:
             yield from (future.result() for future in concurrent.futures.as_completed(futures))
         finally:

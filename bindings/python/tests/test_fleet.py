@@ -1,6 +1,10 @@
 """Identification of many recordings."""
 
+import json
+
 import numpy as np
+import pyarrow
+import pyarrow.parquet
 import pytest
 from distributed import Client
 
@@ -44,3 +48,35 @@ def test_a_dask_cluster_finds_the_same(runs, tmp_path):
     here = fleet.identify(runs[:3], out=tmp_path / "b", processes=1, starts=2)
     key = "pole_rad_s"
     assert sorted(on_cluster[key].to_pylist()) == sorted(here[key].to_pylist())
+
+
+def test_each_joint_in_each_episode_of_a_data_set_is_a_recording(tmp_path):
+    (tmp_path / "meta").mkdir()
+    (tmp_path / "data" / "chunk-000").mkdir(parents=True)
+    names = ["pan.pos", "elbow_flex.pos"]
+    info = {"features": {"observation.state": {"names": names}}}
+    (tmp_path / "meta" / "info.json").write_text(json.dumps(info))
+    tables = []
+    for episode in range(2):
+        of = lambda pole: sa.simulate("black-box-1", input="3-2-1-1", every=400, pole_rad_s=pole)
+        joints = [of(20.0 + episode), of(30.0 + episode)]
+        pair = lambda name: [[float(a), float(b)] for a, b in zip(*(joint[name] for joint in joints))]
+        count = len(joints[0].time_s)
+        columns = {
+            "timestamp": np.asarray(joints[0].time_s),
+            "action": pair("command_deg"),
+            "observation.state": pair("angle_deg"),
+            "episode_index": np.full(count, episode),
+        }
+        tables.append(pyarrow.table(columns))
+    file = tmp_path / "data" / "chunk-000" / "file-000.parquet"
+    pyarrow.parquet.write_table(pyarrow.concat_tables(tables), file)
+    table = fleet.identify(tmp_path, out=tmp_path / "fits", processes=1, starts=2, hold="zero")
+    found = {row["path"]: row["pole_rad_s"] for row in table.to_pylist()}
+    expected = {
+        f"{tmp_path}: episode {episode}, {name}": pole + episode
+        for episode in range(2)
+        for name, pole in zip(names, (20.0, 30.0))
+    }
+    # The traces have no noise; the command is held from tick to tick and not from sample to sample.
+    assert found == {name: pytest.approx(pole, rel=0.02) for name, pole in expected.items()}

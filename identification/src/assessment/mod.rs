@@ -1,6 +1,7 @@
 //! The assessment of a fit: quality, residuals, limits, validation, and warnings.
 
 mod extrapolation;
+mod instants;
 pub mod nonparametric;
 mod warnings;
 

@@ -1,6 +1,6 @@
 //! Warnings about a fit, in words.
 
-use super::{Assessed, Assessment};
+use super::{Assessed, Assessment, instants};
 use crate::{
     consistency::Part,
     fit::{Bound, Combination, Estimate},
@@ -95,6 +95,17 @@ pub fn doubts(assessment: &Assessment) -> Vec<String> {
                 100.0 * share
             ));
         }
+    }
+    for run in &assessment.experiments {
+        doubts.extend(instants::error_s(run).map(|error_s| {
+            format!(
+                "the instants of the samples of {} have an error of about {:.1} ms rms: its residuals \
+                 grow with the rate, and the estimates depend on that error; record the instant of \
+                 each sample",
+                run.recording.name,
+                1e3 * error_s
+            )
+        }));
     }
     misfit(assessment, &mut doubts);
     for estimate in fit.estimates.iter().filter(|e| e.beyond > BEYOND) {

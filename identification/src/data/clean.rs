@@ -245,6 +245,10 @@ impl Cleaning<'_> {
             }
             let is_duplicate = t == latest;
             latest = t;
+            // A message about something else, where each message is a row.
+            if self.is_empty(row) {
+                continue;
+            }
             if window.is_some_and(|(from, to)| t < from || t > to) {
                 continue;
             }
@@ -264,6 +268,13 @@ impl Cleaning<'_> {
         );
         self.note_gaps(&rows, &times);
         Ok((rows, times))
+    }
+
+    /// Whether a row has no number but its time.
+    fn is_empty(&self, row: usize) -> bool {
+        let numbers = self.columns.iter().filter(|c| c.quantity != Quantity::Time);
+        let mut numbers = numbers.map(|column| self.table.columns[column.index][row]);
+        numbers.all(f64::is_nan)
     }
 
     fn tally(&mut self, tally: &Tally, text: &str) {

@@ -110,10 +110,10 @@ impl std::str::FromStr for ColumnSelection {
                     names()
                 )
             })?;
-        // The colon of `data(:,3)` is of a name.
+        // The colon of `data(:,3)` and `data(3,:)` is of a name.
         let of_unit = column
             .rsplit_once(':')
-            .filter(|(_, unit)| !unit.starts_with(','));
+            .filter(|(_, unit)| !unit.starts_with([',', ')', ']']));
         let (column, factor, is_length) = match of_unit {
             None => (column, None, false),
             Some((column, unit)) => {

@@ -6,7 +6,7 @@
 use super::{
     ImportError, Progress, Source, Table, clock,
     lines::{Delimiter, Lines},
-    unit,
+    names, unit,
 };
 
 /// Lines between two reports of progress.
@@ -114,6 +114,7 @@ fn named(lines: &Lines, header: Line) -> Table {
         path: lines.path().into(),
         header_line: header.number,
         columns: vec![Vec::new(); header.fields.len()],
+        radians: names::are_of_ros(&header.fields),
         names: header.fields,
         ..Table::default()
     }

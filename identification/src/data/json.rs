@@ -138,15 +138,25 @@ fn lists(members: &Map<String, Value>, prefix: &str, columns: &mut Vec<Column>) 
 }
 
 /// The numbers in an object and in its members, by name.
-fn flatten(members: &Map<String, Value>, prefix: &str, row: &mut Vec<(String, f64)>) {
-    // A message of the joints of a robot names the items of its lists.
-    let joints = members.get("name").and_then(Value::as_array);
+pub fn flatten(members: &Map<String, Value>, prefix: &str, row: &mut Vec<(String, f64)>) {
+    flatten_named(members, prefix, None, row);
+}
+
+/// The same in a message that names the items of its lists, the joints of a robot.
+fn flatten_named(
+    members: &Map<String, Value>,
+    prefix: &str,
+    joints: Option<&Vec<Value>>,
+    row: &mut Vec<(String, f64)>,
+) {
+    let own = members.get("name").or_else(|| members.get("joint_names"));
+    let joints = own.and_then(Value::as_array).or(joints);
     for (name, value) in members {
         let name = format!("{prefix}{name}");
         match value {
             Value::Object(members) => match stamp_s(members) {
                 Some(time_s) => row.push((name, time_s)),
-                None => flatten(members, &format!("{name}."), row),
+                None => flatten_named(members, &format!("{name}."), joints, row),
             },
             Value::Array(values) => {
                 for (index, value) in values.iter().enumerate() {

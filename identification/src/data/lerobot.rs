@@ -2,7 +2,7 @@
 //! Parquet below `data`, whose rows belong to episodes.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
 };
 
@@ -41,12 +41,17 @@ pub fn read(
     }
     let rate_hz = info["fps"].as_f64().unwrap_or(f64::NAN);
     let mut recordings = Vec::new();
+    let mut noted = BTreeSet::new();
     for file in tables(&folder.join("data"))? {
         let mut table = Table::read(&file, None, progress)?;
         name_joints(&mut table, &joints);
         for (episode, table) in episodes(&table) {
             let mut imported = import.recording(&table)?;
             imported.recording.name = format!("episode {episode}");
+            // What is said of a column holds for all episodes.
+            let header_line = table.header_line;
+            let is_new = |note: &Note| note.line > header_line || noted.insert(note.text.clone());
+            imported.notes.retain(is_new);
             if recordings.is_empty() {
                 imported.notes.insert(0, resolution(&path, rate_hz));
             }

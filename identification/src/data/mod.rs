@@ -5,6 +5,8 @@
 //! a [`Recording`] of it and [`Note`]s, each with its line. A problem that could be corrected only
 //! by guessing is an error with file and line.
 
+#[cfg(feature = "mcap")]
+mod cdr;
 mod clean;
 mod clipping;
 mod clock;
@@ -17,6 +19,7 @@ mod lerobot;
 pub mod lines;
 mod mat;
 mod matrix;
+mod mcap;
 mod names;
 mod parquet;
 mod source;
@@ -160,7 +163,12 @@ impl Import {
 }
 
 /// The problem of a file that this program was built without reading.
-#[cfg(not(all(feature = "parquet", feature = "xlsx", feature = "hdf5")))]
+#[cfg(not(all(
+    feature = "parquet",
+    feature = "xlsx",
+    feature = "hdf5",
+    feature = "mcap"
+)))]
 fn not_built(what: &str) -> String {
     format!(
         "{what}, which this program was built without: `cargo build --release --features formats` \

@@ -15,6 +15,7 @@ fn usual_names(quantity: Quantity) -> &'static [&'static str] {
             "header_stamp",
             "time_since_start",
             "elapsed",
+            "tout",
             "zeit",
             "micros",
             "millis",
@@ -23,6 +24,7 @@ fn usual_names(quantity: Quantity) -> &'static [&'static str] {
         ],
         Quantity::Command => &[
             "command",
+            "commands",
             "cmd",
             "commanded",
             "angle_command",
@@ -151,6 +153,19 @@ pub fn usual_unit(quantity: Quantity, name: &str) -> Option<f64> {
 fn ends_with(name: &str, usual: &str) -> bool {
     let before = name.strip_suffix(usual);
     before.is_some_and(|before| before.is_empty() || before.ends_with(['/', '.']))
+}
+
+/// Whether columns are joints as ROS publishes them, in radians; PlotJuggler keeps their topic.
+pub fn are_of_ros(names: &[String]) -> bool {
+    names.iter().any(|name| name.starts_with("/joint_states/"))
+}
+
+/// Whether a part of a path is a usual name of a quantity other than the time.
+#[cfg(feature = "mcap")]
+pub fn is_usual(path: &str) -> bool {
+    let quantities = || Quantity::ALL.into_iter().filter(|q| *q != Quantity::Time);
+    let is_name = |part: &str| quantities().any(|q| usual_names(q).contains(&part));
+    path.to_lowercase().split(['/', '.']).any(is_name)
 }
 
 /// The index of the column with a usual name of a quantity: the whole name, or else the last, the

@@ -24,7 +24,9 @@ mod reader {
     /// Reads the file.
     pub fn read(bytes: Vec<u8>, mut table: Table) -> Result<Table, ImportError> {
         let filled = fill(bytes, &mut table);
-        filled.map_err(|error| table.problem(1, format!("a damaged Parquet file: {error}")))?;
+        filled.map_err(|error| {
+            table.problem(1, format!("a Parquet file that cannot be read: {error}"))
+        })?;
         Ok(table)
     }
 

@@ -36,13 +36,14 @@ pub enum Format {
     Hdf5,
     /// Apache Parquet.
     Parquet,
+    /// MCAP, as of ROS 2 and Foxglove.
+    Mcap,
     /// The log of an ArduPilot autopilot.
     Dataflash,
 }
 
 /// Formats that are not read: their first bytes, their name, and what to do.
-const UNREADABLE: [(&[u8], &str, &str); 11] = [
-    (b"\x89MCAP", "an MCAP file", TO_CSV),
+const UNREADABLE: [(&[u8], &str, &str); 10] = [
     (b"#ROSBAG", "a bag of ROS", TO_CSV),
     (
         b"SQLite format 3",
@@ -246,6 +247,9 @@ fn format(head: &[u8]) -> Result<Format, String> {
     }
     if head.starts_with(b"PAR1") {
         return Ok(Format::Parquet);
+    }
+    if head.starts_with(b"\x89MCAP") {
+        return Ok(Format::Mcap);
     }
     if head.starts_with(b"\xa3\x95") {
         return Ok(Format::Dataflash);

@@ -6,7 +6,7 @@ use std::{
 };
 
 use super::{
-    Delimiter, Format, ImportError, Progress, Source, dataflash, delimited, hdf5, json, mat,
+    Delimiter, Format, ImportError, Progress, Source, dataflash, delimited, hdf5, json, mat, mcap,
     parquet,
 };
 
@@ -34,6 +34,9 @@ pub struct Table {
     /// Irregularities by line.
     pub notes: Vec<(u64, String)>,
 }
+
+/// Share of the samples that a column may lack at its end.
+const SHORTER: f64 = 0.01;
 
 /// A column with its name.
 pub type Column = (String, Vec<f64>);
@@ -67,6 +70,7 @@ impl Table {
             Format::Mat => |bytes, table| table.with(mat::groups(&bytes)),
             Format::Hdf5 => |bytes, table| table.with(hdf5::groups(bytes)),
             Format::Parquet => parquet::read,
+            Format::Mcap => mcap::read,
             Format::Dataflash => |bytes, table| Ok(dataflash::read(&bytes, table)),
         };
         let bytes = source.bytes()?;
@@ -79,8 +83,8 @@ impl Table {
         read(bytes, table)
     }
 
-    /// This table with the columns of the longest of several groups. Columns of another length are
-    /// left out.
+    /// This table with the columns of the longest of several groups. Columns that are a little
+    /// shorter lack their last samples; those of another length are left out.
     ///
     /// # Errors
     /// [`ImportError::Content`] with the problem of the groups.
@@ -89,7 +93,13 @@ impl Table {
         let longest = |group: &Vec<Column>| group.iter().map(|(_, c)| c.len()).max().unwrap_or(0);
         let group = groups.into_iter().max_by_key(longest).unwrap_or_default();
         let rows = longest(&group);
-        for (name, column) in group {
+        for (name, mut column) in group {
+            let missing = rows - column.len();
+            if 0 < missing && (missing as f64) < SHORTER * rows as f64 {
+                let text = format!("column `{name}` ends {missing} samples before the others");
+                self.notes.push((1, text));
+                column.resize(rows, f64::NAN);
+            }
             if column.len() == rows {
                 self.names.push(name);
                 self.columns.push(column);

@@ -92,6 +92,11 @@ impl Target for ArduPilot {
         1.0 / 1200.0
     }
 
+    /// The rate is a whole number of Hz, and the period the whole number of us within its inverse.
+    fn nearest_step_s(&self, step_s: f64) -> f64 {
+        (1e6 / (1.0 / step_s).round()).floor() * 1e-6
+    }
+
     fn kept(&self) -> &'static [Effect] {
         &[Effect::Delay, Effect::Limit]
     }
@@ -111,9 +116,11 @@ impl Target for ArduPilot {
             0.0 => 0.0,
             steps => (steps + 1.5) * fitted.about.step_s,
         };
+        // The highest rate with this period.
+        let rate_hz = (1.0 / fitted.about.step_s + 1e-6).floor();
         format!(
             "COMMENT\nSIM_RATE_HZ {}\nSIM_SERVO_SPEED {}\nSIM_SERVO_DELAY {}\nSIM_SERVO_FILTER {}\n",
-            number((1.0 / fitted.about.step_s).round()),
+            number(rate_hz),
             number(60.0 / fitted.value("rate_up_deg_s")),
             number(delay_s),
             number(fitted.value("cutoff_hz")),

@@ -62,6 +62,11 @@ pub trait Target: Sync {
     /// The usual period of the simulator, s.
     fn step_s(&self) -> f64;
 
+    /// The period that the simulator has where this one is requested, s.
+    fn nearest_step_s(&self, step_s: f64) -> f64 {
+        step_s
+    }
+
     /// What it has of a model.
     fn kept(&self) -> &'static [Effect];
 
@@ -175,6 +180,7 @@ pub fn export(
     if !(SHORTEST_S..=LONGEST_S).contains(&step_s) {
         return Err(ExportError::Step(step_s));
     }
+    let step_s = target.nearest_step_s(step_s);
     let mut alone = *settings;
     for name in LOAD {
         // A model without a load is as it is.

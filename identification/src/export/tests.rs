@@ -85,6 +85,22 @@ fn an_oscillator_is_a_joint_with_its_stiffness_and_damping() {
 }
 
 #[test]
+fn a_step_is_one_that_the_simulator_has() {
+    let lag = settings(ModelKind::BlackBox1, &[("pole_rad_s", 17.0)]);
+    let target = named("ardupilot-sitl").expect("a target");
+    let input = Input::named("pulse").expect("an input");
+    for step_s in [1.0 / 1200.0, 0.0007, 0.00015, 0.003, 0.0137] {
+        let found = export(&lag, target, &input, Some(step_s)).expect("an approximation");
+        let stated = number_after(&found.text, "in steps of ");
+        // Of `Aircraft::setup_frame_time`, in whole us.
+        let rate_hz = number_after(&found.text, "SIM_RATE_HZ ");
+        let run_us = (1e6 / rate_hz) as u32;
+        assert_eq!((stated * 1e6).round() as u32, run_us, "{}", found.text);
+        assert!((stated / step_s - 1.0).abs() < 0.03, "{}", found.text);
+    }
+}
+
+#[test]
 fn every_target_says_what_it_loses_of_a_servo() {
     let servo = Settings::new(ModelKind::Board, PlantKind::Drivetrain);
     for target in TARGETS {

@@ -7,7 +7,8 @@ use crate::fit::{Estimate, Fit};
 
 /// A fitted motor or servo.
 pub(super) struct DrivetrainParameters<'a> {
-    /// By the names of the fitted model, those that all recordings share.
+    /// By the names of the fitted model: those that all recordings share, and what is known of the
+    /// first one.
     parameters: Vec<(&'a str, f64, Option<&'a Estimate>)>,
     friction_model: f64,
     is_servo: bool,
@@ -61,9 +62,15 @@ impl<'a> DrivetrainParameters<'a> {
     /// The drivetrain of a fit; `None` where it is not a motor.
     pub fn of(fit: &'a Fit) -> Option<Self> {
         let (is_servo, friction_model) = form(fit.model)?;
-        let shared = fit.estimates.iter().filter(|e| e.experiment.is_none());
+        let is_first = |e: &&Estimate| e.fixed && e.experiment == Some(0);
+        let given = |e: &&Estimate| e.experiment.is_none() || is_first(e);
         Some(Self {
-            parameters: shared.map(|e| (e.name, e.value, Some(e))).collect(),
+            parameters: fit
+                .estimates
+                .iter()
+                .filter(given)
+                .map(|e| (e.name, e.value, Some(e)))
+                .collect(),
             friction_model,
             is_servo,
         })
@@ -100,6 +107,16 @@ impl<'a> DrivetrainParameters<'a> {
             }
             .to_owned(),
         ];
+        let estimates = self
+            .parameters
+            .iter()
+            .filter_map(|(.., estimate)| *estimate);
+        for of_run in estimates.filter(|e| e.experiment.is_some()) {
+            remarks.push(format!(
+                "The recordings have different values of {}: here that of the first, {:?}.",
+                of_run.name, of_run.value
+            ));
+        }
         for name in UNKNOWN {
             let value = self.value(name);
             if value != 0.0 && value.is_finite() {

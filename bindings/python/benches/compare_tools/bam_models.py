@@ -24,9 +24,9 @@ class Population(Parameter):
 class Bam:
     """A friction model of BAM in its own simulation, for many sets of parameters at once."""
 
-    def __init__(self, name):
+    def __init__(self, name, servo):
         self.model = models.models[name]()
-        self.model.set_actuator(actuators["xl330"]())
+        self.model.set_actuator(actuators[servo]())
         for name, p in self.model.get_parameters().items():
             setattr(self.model, name, Population(p.value, p.min, p.max, p.optimize))
         self.free = list(self.model.get_parameters().values())

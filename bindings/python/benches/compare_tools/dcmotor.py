@@ -15,8 +15,8 @@ class DcMotor:
 
     NAMES = ("kt", "R", "armature", "friction_base", "friction_viscous", "q_offset")
 
-    def __init__(self):
-        self.servo = actuators["xl330"]()
+    def __init__(self, servo):
+        self.servo = actuators[servo]()
         parameters = models.models["m1"]()
         parameters.set_actuator(self.servo)
         known = parameters.get_parameters()
@@ -37,12 +37,13 @@ class DcMotor:
         data.qpos[0] = run.angle[0] + offset
         angles = np.empty(len(run.time_s))
         gain = log["kp"] * servo.error_gain
+        limit = getattr(servo, "max_current", None) or np.inf
         for row, angle in enumerate(angles):
             angles[row] = data.qpos[0] - offset
             if row + 1 == len(angles):
                 break
             # The limiter of the servo keeps the current below its limit where the supply can.
-            rate, span = data.qvel[0], resistance * servo.max_current / log["vin"]
+            rate, span = data.qvel[0], resistance * limit / log["vin"]
             centre = kt * rate / log["vin"]
             duty = np.clip(gain * (run.goal[row] - angles[row]), centre - span, centre + span)
             data.ctrl[0] = log["vin"] * np.clip(duty, -servo.max_pwm, servo.max_pwm)

@@ -6,6 +6,7 @@ import pathlib
 import platform
 import subprocess
 from importlib.metadata import version
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -16,27 +17,36 @@ PAGE = """# Other tools on the same recordings
 
 `bindings/python/benches/compare_tools` has written this page: {date}, commit `{commit}`, {machine}.
 With a load of {load:.1f} in the last quarter of an hour, times are longer than on an idle machine.
+The same command takes folders with recordings of other servos.
 
-The {count} recordings are of a Robotis XL330 with a pendulum, from [BAM](https://github.com/Rhoban/bam);
-they are not part of this repository: {names}.
+The recordings are of servos with a pendulum, from [BAM](https://github.com/Rhoban/bam); they are not
+part of this repository.
 
 ## Prediction
 
-Each recording is predicted by models that are fitted to the other ones. Mean absolute error of the
-angle (deg), and the longest time of a fit (s):
-
-| tool | {short} | mean | time |
-|{rule}
-{errors}
-
+Each recording is predicted by models that are fitted to the other ones of the servo. Mean absolute
+error of the angle (deg), and the longest time of a fit (s):
+{predictions}
+- **First-order lag**: gain, offset, delay and time constant by scipy. **ARX** by SysIdentPy {sysidentpy}:
+  two lags of angle and command on even samples, simulated freely.
 - **BAM** {bam} with its own simulation in steps of {step} ms. "As published" has the parameters that
   its authors have fitted to more recordings of the servo, these may be among them. "CMA-ES" minimises
   the mean absolute error, as BAM does, by `cma` {cma} with {evaluations} simulations of each recording;
   BAM itself takes 100,000 by default. BAM evaluates the simulations of a generation together.
 - **MuJoCo** {mujoco} with `<dcmotor>`, Coulomb and viscous friction, steps of 1 ms; the controller of
   the servo, as BAM has it, sets the voltage. Its own `sysid.optimize` minimises the squares.
-- **This program** fits the same friction models with delay and duty per error free; the time is that
-  of all six, on all cores.
+- **This program**: its friction models have delay and duty per error free. The time is that of all
+  its black boxes, or of all six friction models, on all cores.
+
+## Intervals
+
+Pairs of estimates of one parameter, from the halves of each recording and from two recordings of a
+servo: the share (%) that is within two standard errors of their difference, of 95 % if the errors
+hold.
+
+| servo | tool | pairs of halves | agree | pairs of recordings | agree |
+|---|---|---|---|---|---|
+{coverage}
 
 ## The same optimum
 
@@ -48,14 +58,16 @@ search from eight of them, standard errors and tests of the residuals.
 | model | recording | tool | error (deg rms) | time (s) | simulations |
 |---|---|---|---|---|---|
 {optima}
-
-## Not run
-
-- BAM's own search with its default of 100,000 simulations of each recording in each of {count} x 6 fits:
-  {hours:.0f} hours at the rate of this page, and many times that in BAM, which simulates one set of
-  parameters after the other.
-- Recordings of BAM's other servos: this page is of the folder that the script was given.
 """
+
+
+class Servo(NamedTuple):
+    name: str
+    runs: list
+    errors: dict
+    seconds: dict
+    coverage: list
+    optima: list
 
 
 def commit():
@@ -65,36 +77,46 @@ def commit():
     return subprocess.check_output(command, text=True, cwd=folder).strip()
 
 
-def page(arguments, made_of, runs, errors, seconds, rows):
-    def cells(name, found):
-        longest = f"{max(seconds[name]):.1f}" if name in seconds else ""
+def short(run):
+    return f"`{run.path.stem.split('_')[-1]}`"
+
+
+def predictions(servo):
+    def row(name, found):
+        longest = f"{max(servo.seconds[name]):.1f}" if name in servo.seconds else ""
         numbers = " | ".join(f"{error:.2f}" for error in [*found, np.mean(found)])
         return f"| {name} | {numbers} | {longest} |"
 
-    stems = [run.path.stem for run in runs]
-    ours = [name for name in errors if name.startswith("this program")]
-    seconds = {**seconds, **dict.fromkeys(ours, seconds["this program, all six"])}
+    head = f"| {servo.name} | {' | '.join(map(short, servo.runs))} | mean | time |"
+    rule = "|" + "---|" * (len(servo.runs) + 3)
+    return "\n".join(["", head, rule, *(row(*item) for item in servo.errors.items()), ""])
+
+
+def coverage(servo):
+    share = lambda count, agreeing: f"{count} | " + (f"{100 * agreeing / count:.0f}" if count else "-")
+    for tool, *numbers in servo.coverage:
+        yield f"| {servo.name} | {tool} | {share(*numbers[:2])} | {share(*numbers[2:])} |"
+
+
+def optima(servo):
+    for model, run, tool, rms, took, used in servo.optima:
+        yield f"| {model} | {short(run)} | {tool} | {rms:.4f} | {took:.2f} | {used or ''} |"
+
+
+def page(servos, made_of, evaluations):
+    lines = lambda rows: "\n".join(row for servo in servos for row in rows(servo))
     return PAGE.format(
         date=datetime.date.today().isoformat(),
         commit=made_of,
         load=os.getloadavg()[2],
-        hours=sum(sum(s) for n, s in seconds.items() if n.endswith("CMA-ES"))
-        / 3600
-        * 1e5
-        / arguments.evaluations,
         machine=f"{os.cpu_count()} cores, {platform.machine()}, Python {platform.python_version()}",
-        count=len(runs),
-        names=", ".join(f"`{stem}`" for stem in stems),
-        short=" | ".join(f"`{stem.split('_')[-1]}`" for stem in stems),
-        rule="---|" * (len(runs) + 3),
-        errors="\n".join(cells(name, found) for name, found in errors.items()),
+        predictions="".join(map(predictions, servos)),
+        coverage=lines(coverage),
+        optima=lines(optima),
         bam=version("better-actuator-models"),
         cma=version("cma"),
+        sysidentpy=version("sysidentpy"),
         mujoco=mujoco.__version__,
         step=round(1e3 * BAM_STEP_S),
-        evaluations=arguments.evaluations,
-        optima="\n".join(
-            f"| {model} | `{run.path.stem.split('_')[-1]}` | {tool} | {rms:.4f} | {took:.2f} | {used or ''} |"
-            for model, run, tool, rms, took, used in rows
-        ),
+        evaluations=evaluations,
     )

@@ -31,11 +31,12 @@ def search_by_cma(cost, start, low, high, evaluations):
     return best, used
 
 
-def optima(arguments, runs):
+def optima(evaluations, runs):
     """The same model, recording and cost by several searches: rows of model, tool, rms and time."""
+    of_servo = [run for run in runs if run.servo and run.is_on.all()]
     rows = []
-    for model, run in [(m, r) for r in runs if r.is_on.all() for m in ("black-box-2", "servo-m1")]:
-        rows += optima_of(model, run, arguments.evaluations)
+    for model, run in [(m, r) for r in of_servo[:1] for m in ("black-box-2", "servo-m1")]:
+        rows += optima_of(model, run, evaluations)
     return rows
 
 

@@ -1,6 +1,8 @@
-"""Writes the files beside it, by other libraries: numpy 2.4, scipy 1.17, pandas 3, h5py 3, pyarrow."""
+"""Writes the files beside it, by other libraries: numpy 2.4, scipy 1.17, pandas 3, h5py 3, pyarrow,
+mcap-ros2-support 0.6."""
 
 import h5py
+import mcap_ros2.writer
 import numpy
 import pandas
 import pyarrow
@@ -28,3 +30,36 @@ columns = {
     "episode_index": [0, 0, 1, 1],
 }
 pyarrow.parquet.write_table(pyarrow.table(columns), "episodes.parquet")
+
+# Bags of ROS 2: the joints of an arm, and the commands to its controller.
+STAMP = """
+================
+MSG: std_msgs/Header
+builtin_interfaces/Time stamp
+string frame_id
+================
+MSG: builtin_interfaces/Time
+int32 sec
+uint32 nanosec
+"""
+JOINTS = "uint8 UNKNOWN=0  # unused\nstd_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[<=8] velocity" + STAMP
+COMMANDS = "bool is_absolute\nint16[3] reserved\nstring<=9 note\nfloat32[] data\n"
+with open("bag.mcap", "wb") as file:
+    writer = mcap_ros2.writer.Writer(file)
+    joints = writer.register_msgdef("sensor_msgs/msg/JointState", JOINTS)
+    commands = writer.register_msgdef("x_msgs/msg/Commands", COMMANDS)
+    for index in range(4):
+        stamp = {"sec": 1_700_000_000, "nanosec": index * 10_000_000}
+        time_ns = 1_700_000_000_000_000_000 + index * 10_000_000
+        if index % 2 == 0:
+            message = {"is_absolute": True, "reserved": [1, 2, 3], "note": "arm", "data": [index, 0.5]}
+            writer.write_message("/arm/commands", commands, message, time_ns, time_ns)
+        message = {
+            "header": {"stamp": stamp, "frame_id": "base"},
+            "name": ["elbow", "wrist"],
+            "position": [index / 8, 7.0],
+            "velocity": [],
+        }
+        # The log is late by a varying time; the stamp is not.
+        writer.write_message("/joint_states", joints, message, time_ns + 500_000 * (3 - index), time_ns)
+    writer.finish()

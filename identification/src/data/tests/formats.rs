@@ -46,11 +46,7 @@ fn envelopes_are_removed_whatever_the_name_is() {
 #[test]
 fn a_file_that_is_not_read_is_named() {
     for (bytes, expected) in [
-        (
-            &b"\x89MCAP0\r\n"[..],
-            "an MCAP file, expected CSV, as PlotJuggler",
-        ),
-        (b"SQLite format 3\0...", "a SQLite database"),
+        (&b"SQLite format 3\0..."[..], "a SQLite database"),
         (b"\xd0\xcf\x11\xe0....", "a workbook of Excel before 2007"),
         (b"\x28\xb5\x2f\xfd..", "a zstd file, expected it unpacked"),
         (b"\x1f\x8bxx", "it cannot be unpacked"),
@@ -216,7 +212,12 @@ fn workbooks_parquet_and_hdf5_are_read() {
     }
 }
 
-#[cfg(not(all(feature = "parquet", feature = "xlsx", feature = "hdf5")))]
+#[cfg(not(any(
+    feature = "parquet",
+    feature = "xlsx",
+    feature = "hdf5",
+    feature = "mcap"
+)))]
 #[test]
 fn formats_that_the_program_was_built_without_are_named() {
     for (bytes, expected) in [
@@ -232,10 +233,63 @@ fn formats_that_the_program_was_built_without_are_named() {
             include_bytes!("table.h5"),
             "an HDF5 file, as MAT of version 7.3 is, which this",
         ),
+        (include_bytes!("bag.mcap"), "an MCAP file, which this"),
     ] {
         let error = read_as(&Import::default(), "run.dat", bytes).expect_err("not built");
         assert!(error.contains(expected), "{error}");
     }
+}
+
+/// Of ROS 2, by the writer of MCAP's authors.
+#[cfg(feature = "mcap")]
+#[test]
+fn messages_of_a_bag_are_rows_at_their_own_instants() {
+    let import = Import {
+        columns: Columns {
+            selected: vec![
+                "command=/arm/commands.data[0]:deg"
+                    .parse()
+                    .expect("a column"),
+            ],
+            joint: Some("elbow".into()),
+        },
+        ..Import::default()
+    };
+    let bag = include_bytes!("bag.mcap");
+    let read = read_as(&import, "bag", bag).expect("a bag").recording;
+    // Not those of the log, which is late by up to 1.5 ms.
+    assert_eq!(read.time_s, [0.0, 0.01, 0.02, 0.03]);
+    assert_eq!(read.command_deg[0], 0.0);
+    assert_eq!(read.command_deg[2], 2.0);
+    let angle_deg = (3.0_f64 / 8.0).to_degrees();
+    assert!((read.angle_deg[3] - angle_deg).abs() < 1e-12);
+    let error = read_as(&Import::default(), "bag", bag).expect_err("two joints");
+    assert!(error.contains("--joint JOINT"), "{error}");
+    // What follows damage is left out, or nothing is left.
+    for length in 0..bag.len() {
+        let _ = read_as(&import, "bag", &bag[..length]);
+    }
+}
+
+#[test]
+fn columns_that_end_a_little_earlier_lack_their_last_samples() {
+    let column = |count: usize| {
+        (0..count)
+            .map(|i| i.to_string())
+            .collect::<Vec<_>>()
+            .join(",")
+    };
+    let text = format!(
+        r#"{{"time_s": [{}], "command_deg": [{}], "angle_deg": [{}]}}"#,
+        column(400),
+        column(399),
+        column(397)
+    );
+    let read = read_as(&Import::default(), "run.json", text).expect("three columns");
+    assert_eq!(read.recording.angle_deg.len(), 400);
+    assert!(read.recording.angle_deg[397].is_nan());
+    let texts: Vec<&str> = read.notes.iter().map(|note| &*note.text).collect();
+    assert!(texts.contains(&"column `angle_deg` ends 3 samples before the others"));
 }
 
 #[test]
