@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# Uses Studio in Chromium: every view, random entries, the printed report, strangers, pulled plugs,
-# telemetry at full rate, and the same on the emulated boards. Needs node; Chromium is installed
-# where it is missing.
+# Uses Studio in Chromium: every view, what owners do, random entries, the printed report, axe,
+# strangers, pulled plugs, telemetry at full rate, and the same on the emulated boards. Needs node and
+# npm; Chromium is installed where it is missing.
 #
 # `studio/ci.sh long` runs the telemetry for ten minutes; `studio/ci.sh documents` writes the table
 # of docs/studio.md and the picture of the README.
@@ -14,6 +14,11 @@ actuator=$target/debug/actuator
 
 bash .ci/provide node nodejs
 bash .ci/provide "${CHROMIUM:-chromium}" chromium
+
+bash .ci/provide npm nodejs npm
+modules=$target/studio-axe
+[ -d "$modules/node_modules/axe-core" ] ||
+    npm install --silent --no-audit --no-fund --ignore-scripts --prefix "$modules" axe-core@4.14.1
 
 bash .ci/programs
 tests=studio/tests/browser
@@ -28,9 +33,10 @@ documents)
 esac
 
 node $tests/views.mjs "$actuator" "$pictures"
+node $tests/owners.mjs "$actuator" "$pictures"
 node $tests/entries.mjs "$actuator"
 node $tests/printed.mjs "$actuator" "$pictures"
-node $tests/accessible.mjs "$actuator" "$pictures"
+node $tests/accessible.mjs "$actuator" "$pictures" "$modules/node_modules/axe-core/axe.min.js"
 node $tests/security.mjs "$actuator"
 node $tests/plug.mjs "$actuator"
 node $tests/telemetry.mjs "$actuator" 15

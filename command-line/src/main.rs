@@ -67,6 +67,7 @@ enum Command {
     BusLoad(can::BusLoad),
     Compare(compare::Compare),
     Completions(completions::Completions),
+    Demo(studio::Demo),
     Excite(can::Excite),
     Experiment(experiment::Experiment),
     Export(export::Export),
@@ -105,7 +106,8 @@ fn with_negative_numbers(command: clap::Command) -> clap::Command {
 const FIRST_STEPS: &str = "\
 Begin with one of these:
 
-  actuator studio                    simulated actuators in the browser: move, break, identify, tune
+  actuator demo                      a tour in the browser: move, break, identify and tune an actuator
+  actuator studio                    simulated actuators in the browser, or those of a bus
   actuator report                    the paper's figures, simulated, as a page
   actuator simulate --plot run.html  a pulse on the board, as a plot
   actuator identify RECORDING        a model of a recorded servo, with standard errors
@@ -131,6 +133,7 @@ impl Arguments {
             Command::BusLoad(bus_load) => bus_load.run(),
             Command::Compare(compare) => compare.run(),
             Command::Completions(completions) => completions.run(),
+            Command::Demo(demo) => demo.run(),
             Command::Excite(excite) => excite.run(),
             Command::Experiment(experiment) => experiment.run(),
             Command::Export(export) => export.run(),

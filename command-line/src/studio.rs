@@ -38,6 +38,36 @@ pub struct Studio {
     no_open: bool,
 }
 
+/// Opens Studio with simulated actuators and a tour in three minutes
+///
+/// The tour moves an actuator, breaks its encoder, identifies and tunes it. An interrupt ends it.
+#[derive(Debug, Args)]
+pub struct Demo {
+    /// Address and port of the page; a port that is taken is replaced by a free one
+    #[arg(long, value_name = "ADDRESS", default_value = "127.0.0.1:29500")]
+    listen: SocketAddr,
+    /// Does not open a browser
+    #[arg(long)]
+    no_open: bool,
+}
+
+impl Demo {
+    /// Serves until an interrupt.
+    ///
+    /// # Errors
+    /// For an address that is not available.
+    pub fn run(self) -> Result<(), Error> {
+        let studio = Studio {
+            bus: None,
+            kbit_s: 1000,
+            nodes: 2,
+            listen: self.listen,
+            no_open: self.no_open,
+        };
+        studio.serve("#tour")
+    }
+}
+
 /// Writes to standard error; a closed reader is ignored.
 fn report(text: &str) {
     let _ = writeln!(io::stderr(), "{text}");
@@ -49,6 +79,11 @@ impl Studio {
     /// # Errors
     /// For a bus that cannot be opened, and an address that is not available.
     pub fn run(self) -> Result<(), Error> {
+        self.serve("")
+    }
+
+    /// Serves; the address of the page ends with this.
+    fn serve(self, view: &str) -> Result<(), Error> {
         let stop = interrupt::stop()?;
         let native = match &self.bus {
             Some(_) => None,
@@ -64,6 +99,9 @@ impl Studio {
             },
             bus: simulated.clone().or(self.bus).unwrap_or_default(),
             kbit_s: self.kbit_s,
+            encoder_switches: (native.as_ref())
+                .map(NativeBus::encoder_switches)
+                .unwrap_or_default(),
         };
         let studio = studio::Studio::open(options, report)?;
         let address = studio.address();
@@ -78,7 +116,7 @@ impl Studio {
                 "the simulated actuators are at --bus {simulated} for other commands"
             ));
         }
-        let url = studio.url();
+        let url = studio.url() + view;
         print(&format!("ready: {url}\n"))?;
         if !self.no_open {
             open_browser(&url);

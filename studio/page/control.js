@@ -6,7 +6,7 @@ import { state, watch, hasControl } from './state.js';
 // Stops all drives. No answer is awaited: it is sent again with each press.
 export const stop = () => {
   send({ do: 'stop' });
-  toast(isOpen() ? 'Stop sent to all drives' : 'No connection: the server stops the drives of this page', isOpen() ? '' : 'bad');
+  toast(isOpen() ? `Stop sent to all drives of this bus (${state.hello?.bus})` : 'No connection: the server stops the drives of this page', isOpen() ? '' : 'bad');
 };
 
 const isText = element => element.matches('input[type=search], textarea');

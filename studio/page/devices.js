@@ -1,8 +1,11 @@
 // Who is on the bus.
-import { h, put, badge, button, card, table, attempt } from './dom.js';
+import { h, put, badge, button, card, table, attempt, toast } from './dom.js';
 import { NumberField } from './number.js';
 import { request } from './socket.js';
 import { state, watch, hasControl, choose } from './state.js';
+
+// Bytes of an image in a message, and of the flash of the largest board.
+const PART = 1 << 16, LONGEST_IMAGE = 2 << 20;
 
 const stateBadge = node => node.is_lost ? badge('no heartbeat', 'bad')
   : node.has_fault ? badge(node.state, 'bad') : node.is_enabled ? badge(node.state, 'good')
@@ -11,12 +14,32 @@ const networkBadge = node => badge(node.network ?? '–', node.network === 'oper
 
 const show = host => {
   const body = h('tbody'), found = h('div', { 'aria-live': 'polite' });
+  const image = h('input', { type: 'file', id: 'image', accept: '.img', 'aria-label': 'Image' }), updating = button('Update', update, { id: 'update', class: 'primary' }), updated = h('div', { 'aria-live': 'polite' });
+  let isUpdating = false;
   const scan = button('Scan', () => attempt(() => request('scan')), { class: 'primary', id: 'scan' });
   put(host, h('div', { class: 'column' },
     h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Devices on the bus'), scan),
       table(['Node', 'Device', 'Serial no.', { name: 'Firmware' }, 'Network', 'Drive', 'Faults', ''], body)),
     h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'A device without a node-ID'), button('Search (LSS)', search, { id: 'lss' })),
-      h('p', { class: 'soft' }, 'A new actuator has no node-ID. The search finds one such device at a time and assigns a node-ID, which is stored in the device.'), found)));
+      h('p', { class: 'soft' }, 'A new actuator has no node-ID. The search finds one such device at a time and assigns a node-ID, which is stored in the device.'), found),
+    h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Firmware update'), h('div', { class: 'row' }, image, updating)),
+      h('p', { class: 'soft' }, 'Loads a signed image (.img) into the actuator that is selected at the top; its bootloader checks and installs it. The progress is shown at the bottom of the page.'), updated)));
+
+  async function update() {
+    const [file] = image.files, { node } = state;
+    if (!file) return toast('Choose an image first', 'bad');
+    if (file.size > LONGEST_IMAGE) return toast(`${file.name} has ${file.size} bytes: it is no image of a board`, 'bad');
+    isUpdating = true;
+    put(updated, h('p', { class: 'soft' }, `Loading ${file.name} into actuator ${node} …`));
+    const bytes = new Uint8Array(await file.arrayBuffer());
+    try {
+      for (let at = 0; at === 0 || at < bytes.length; at += PART) {
+        await request('image_part', { is_first: at === 0, hex: [...bytes.subarray(at, at + PART)].map(byte => byte.toString(16).padStart(2, '0')).join('') });
+      }
+      put(updated, h('p', { class: 'note' }, `Actuator ${node} has version ${await request('update', { node })}.`));
+    } catch (error) { put(updated, h('p', { class: 'note bad' }, error.message)); }
+    isUpdating = false;
+  }
 
   async function search() {
     put(found, h('p', { class: 'soft' }, 'Searching …'));
@@ -54,6 +77,7 @@ const show = host => {
 
   let shown = '';
   return watch(() => {
+    updating.disabled = isUpdating || !hasControl() || state.node == null;
     const now = JSON.stringify([state.nodes, hasControl()]);
     if (now === shown || body.contains(document.activeElement) && document.activeElement.matches('select:open')) return;
     shown = now;

@@ -19,8 +19,15 @@ export const say = (element, text) => { if (element.textContent !== text) elemen
 
 export const card = (title, ...children) => h('section', { class: 'card' }, h('header', {}, h('h2', {}, title)), ...children);
 export const badge = (text, kind = '') => h('span', { class: `badge ${kind}` }, text);
-export const table = (columns, body, attributes = {}) => h('div', { class: 'table' }, h('table', attributes,
-  h('thead', {}, h('tr', {}, columns.map(column => h('th', { scope: 'col', class: column.number && 'number' }, column.name ?? column)))), body));
+export const table = (columns, body, attributes = {}) => {
+  const names = columns.map(column => column.name ?? column);
+  // On a narrow screen each cell has the name of its column.
+  const label = () => { for (const row of body.rows) [...row.cells].forEach((cell, i) => { cell.dataset.label = cell.colSpan > 1 ? '' : names[i]; }); };
+  new MutationObserver(label).observe(body, { childList: true });
+  label();
+  return h('div', { class: 'table' }, h('table', attributes,
+    h('thead', {}, h('tr', {}, columns.map((column, i) => h('th', { scope: 'col', class: column.number && 'number' }, names[i])))), body));
+};
 
 // A number with five digits at most, without an exponent where that is short.
 export const short = value => value == null || !Number.isFinite(value) ? '–' : String(+value.toPrecision(5));

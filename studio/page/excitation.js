@@ -3,7 +3,7 @@ import { h, put, fixed } from './dom.js';
 import { request } from './socket.js';
 import { NumberField } from './number.js';
 import { saving } from './save.js';
-import { state, object, scale, quantityOf } from './state.js';
+import { state, object, scale, quantityOf, factor, angleUnit } from './state.js';
 
 const SHAPE = 3, AMPLITUDE = 4, START = 5, END = 6, DURATION = 7, REPETITIONS = 12;
 
@@ -72,7 +72,7 @@ export class ExcitationForm {
         const { t, deg, duration_s } = await request('preview', { settings: this.values() });
         if (number !== this.asked) return;
         figures.clear(this.preview);
-        figures.draw(this.preview, { x_label: 'time (s)', x_log: false, panels: [{ y_label: 'demand (deg)', y_step: null, series: [{ label: 'preview', colour: 1, style: 'line', x: t, y: deg }] }] }, `${this.prefix}-preview`, 150);
+        figures.draw(this.preview, { x_label: 'time (s)', x_log: false, panels: [{ y_label: `demand (${angleUnit()})`, y_step: null, series: [{ label: 'preview', colour: 1, style: 'line', x: t, y: deg.map(value => value / factor('deg')) }] }] }, `${this.prefix}-preview`, 150);
         this.duration = duration_s;
         this.about.textContent = `It takes ${fixed(duration_s, 1)} s and is added to the present demand.`;
       } catch (error) {

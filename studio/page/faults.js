@@ -12,10 +12,12 @@ on('faults', ({ node }) => reload(node));
 const show = host => {
   const present = h('div'), history = h('tbody'), counters = h('tbody'), log = h('ol', { class: 'log', id: 'log' });
   const reset = button('Reset faults', () => attempt(() => request('reset_faults', { node: state.node }), 'The faults are reset').then(load), { class: 'primary', id: 'reset' });
+  const broken = (text, isBroken) => button(text, () => attempt(() => request('break_encoder', { node: state.node, is_broken: isBroken }), `Actuator ${state.node}: a wire of the encoder is ${isBroken ? 'off' : 'on again'}`));
+  const breaking = h('div', { class: 'row', hidden: !state.hello.simulated }, broken('Break the encoder', true), broken('Mend it', false));
   const clear = button('Clear the history', () => attempt(() => request('clear_history', { node: state.node })).then(load));
   const all = h('tbody', {}, state.hello.faults.map(fault => h('tr', {}, h('td', { class: 'number' }, String(fault.number)), h('td', {}, fault.name), h('td', {}, fault.condition.replaceAll('`', '')), h('td', {}, fault.watched), h('td', {}, fault.reaction), h('td', {}, fault.remedy), h('td', { class: 'mono' }, fault.code))));
   put(host, h('div', { class: 'column' },
-    h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Present and latched'), reset), present),
+    h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Present and latched'), h('div', { class: 'row' }, breaking, reset)), present),
     h('div', { class: 'cards' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'History of the board'), clear), table(['', 'Error code', 'Fault'], history)),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Counters of the board')), table(['Counter', { name: 'Value', number: true }, 'Unit'], counters))),
@@ -46,6 +48,7 @@ const show = host => {
   const unwatch = watch(() => {
     const one = chosen();
     reset.disabled = clear.disabled = !hasControl() || !one;
+    for (const element of breaking.children) element.disabled = reset.disabled;
     if (one?.node !== node) { node = one?.node; load(); }
     const now = JSON.stringify([node, one?.present, one?.latched]);
     if (now !== shown) {

@@ -9,6 +9,12 @@ import { takeMotor } from './tune.js';
 
 // The time behind an excitation until its shaft rests, s.
 const REST_S = 0.6;
+// A name that may be broken before its unit, and not within it.
+const breakable = (name, unit) => {
+  const end = `_${unit.toLowerCase().replace('%', 'pct').replaceAll('^', '').replace(/[ /]+/g, '_')}`;
+  return name.endsWith(end) ? [name.slice(0, -end.length), h('wbr'), h('span', { class: 'unbroken' }, end)] : name;
+};
+
 const last = { from: null, to: null, answer: null, model: 'motor-m1' };
 
 const show = host => {
@@ -25,7 +31,7 @@ const show = host => {
     if (number !== requested) return;
     if (answer.error) return put(predicted, h('p', { class: 'note warn' }, answer.error));
     put(predicted, table(['Parameter', { name: 'Expected', number: true }, { name: 'Error', number: true }], h('tbody', {}, answer.parameters.map(p => h('tr', {},
-      h('td', { class: 'breaks' }, p.name), h('td', { class: 'number', title: p.unit }, short(p.value)),
+      h('td', {}, breakable(p.name, p.unit)), h('td', { class: 'number', title: p.unit }, short(p.value)),
       h('td', { class: 'number' }, p.standard_error == null ? 'not identifiable' : p.percent == null ? short(p.standard_error) : `${fixed(p.percent, p.percent < 10 ? 2 : 0)} %`))))),
     h('p', { class: 'soft' }, `The angle reaches ${fixed(answer.largest_angle_deg, 1)}°; ${fixed(answer.limited_s, 1)} s at the rate limit. Noise assumed: ${answer.noise_deg}°.`));
   }

@@ -1,34 +1,53 @@
 // The telemetry as it comes.
 import { h, put, say, button, attempt, download, short, table, card } from './dom.js';
-import { request, getToken } from './socket.js';
+import { on, request, getToken } from './socket.js';
 import { NumberField } from './number.js';
 import { state, watch, actuators, hasControl, colour, object, quantityOf } from './state.js';
 import { latest, ring } from './ring.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
 import { saving } from './save.js';
+import { objectsCard } from './xy.js';
 
 // What the user has chosen stays while other views are shown.
-const chosen = { nodes: null, panels: ['angle', 'rate', 'current', 'duty'], window: 10 };
+const chosen = { nodes: null, panels: ['angle', 'rate', 'current', 'duty'], window: 10, isBeside: false };
+// Since when is recorded, s, and which actuators.
+let recording = null;
+const LONGEST_S = 3600;
+on('closed', () => { recording = null; });
 
 const show = host => {
   const all = panelsOf(state.hello.quantities);
   const panels = () => all.filter(panel => chosen.panels.includes(panel.id));
   const plots = h('div', { id: 'live-plots' }), nodes = h('div', { class: 'row', role: 'group', 'aria-label': 'Actuators' });
-  const plot = new LivePlot(plots, panels());
-  const pause = button('Pause', () => setEnd(plot.end == null ? latest() : null), { id: 'pause', 'aria-pressed': 'false' });
+  // One of all actuators, or one of each beside the others.
+  let drawn = [], end = null, span = chosen.window;
+  const build = () => {
+    drawn.forEach(plot => plot.destroy());
+    const groups = chosen.isBeside && chosen.nodes.length > 1 ? chosen.nodes.map(node => [node]) : [chosen.nodes ?? []];
+    plots.classList.toggle('beside', groups.length > 1);
+    const hosts = groups.map(() => h('div'));
+    put(plots, hosts);
+    drawn = groups.map((nodes, i) => {
+      const plot = new LivePlot(hosts[i], panels());
+      // Dragging zooms into what was recorded; a double click goes back.
+      plot.zoomed = (from, to) => { if (to - from > 0.01) setEnd(to, to - from); };
+      plot.reset = () => setEnd(null);
+      Object.assign(plot, { end, window: span });
+      plot.show(nodes);
+      if (groups.length > 1) hosts[i].prepend(h('h3', {}, `Actuator ${nodes[0]}`));
+      return plot;
+    });
+  };
+  const pause = button('Pause', () => setEnd(end == null ? latest() : null), { id: 'pause', 'aria-pressed': 'false' });
   const speed = h('span', { class: 'soft' });
-  const setEnd = (end, window = chosen.window) => {
-    plot.end = end;
-    plot.window = window;
+  const setEnd = (to, window = chosen.window) => {
+    [end, span] = [to, window];
+    drawn.forEach(plot => Object.assign(plot, { end, window }));
     pause.setAttribute('aria-pressed', end != null);
     say(pause, end == null ? 'Pause' : 'Continue');
   };
-  plot.window = chosen.window;
-  // Dragging zooms into what was recorded; a double click goes back.
-  plot.zoomed = (from, to) => { if (to - from > 0.01) setEnd(to, to - from); };
-  plot.reset = () => setEnd(null);
 
-  const windows = h('select', { id: 'window', onchange: event => { chosen.window = +event.target.value; setEnd(plot.end); } },
+  const windows = h('select', { id: 'window', onchange: event => { chosen.window = +event.target.value; setEnd(end); } },
     [1, 2, 5, 10, 30, 60, 60 * state.hello.minutes].map(seconds => h('option', { value: seconds }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
   windows.value = chosen.window;
   const quantities = h('div', { class: 'row', role: 'group', 'aria-label': 'Quantities' }, all.map(panel => {
@@ -36,21 +55,44 @@ const show = host => {
       const isShown = chosen.panels.includes(panel.id);
       chosen.panels = isShown ? chosen.panels.filter(id => id !== panel.id) : [...chosen.panels, panel.id];
       chip.setAttribute('aria-pressed', !isShown);
-      plot.height = Math.max(90, Math.min(190, 640 / Math.max(1, chosen.panels.length)));
-      plot.setPanels(panels());
+      build();
     }, { class: 'chip', 'aria-pressed': chosen.panels.includes(panel.id) });
     return chip;
   }));
-  const save = format => attempt(async () => {
-    const to = plot.end ?? latest(), from = to - plot.window;
-    for (const node of plot.nodes) download((await request('save_recording', { node, from_s: from, to_s: to, format })).path, getToken());
+  const save = (format, nodes = chosen.nodes, to = end ?? latest(), from = to - span) => attempt(async () => {
+    for (const node of nodes) download((await request('save_recording', { node, from_s: from, to_s: to, format })).path, getToken());
   });
+  const format = h('select', { id: 'record-format', 'aria-label': 'Format of the recording' });
+  const record = button('Record', async () => {
+    const nodes = recording?.nodes ?? chosen.nodes, isOn = !recording;
+    const now = await attempt(() => request('record', { nodes, is_on: isOn }));
+    if (now === undefined) return;
+    if (isOn) recording = { nodes: [...nodes], from: now };
+    else {
+      const { from } = recording;
+      recording = null;
+      await save(format.value, nodes, now, from);
+    }
+    elapsed();
+  }, { id: 'record', class: 'primary' });
+  const elapsed = () => {
+    const seconds = recording ? latest() - recording.from : 0;
+    record.setAttribute('aria-pressed', recording != null);
+    say(record, recording ? `Stop and save (${Math.max(0, seconds).toFixed(0)} s)` : 'Record');
+    if (seconds >= LONGEST_S) record.click();
+  };
+  const beside = button('Beside each other', () => {
+    chosen.isBeside = !chosen.isBeside;
+    beside.setAttribute('aria-pressed', chosen.isBeside);
+    build();
+  }, { id: 'beside', 'aria-pressed': chosen.isBeside });
   const formats = ['csv', 'mat', ...(state.hello.parquet ? ['parquet'] : [])];
-  const move = step => { const end = plot.end ?? latest(); setEnd(Math.min(latest(), end + step * plot.window)); };
-  const zoom = factor => { const end = plot.end ?? latest(); setEnd(end, Math.max(0.05, Math.min(60 * state.hello.minutes, plot.window * factor))); };
+  put(format, formats.map(name => h('option', { value: name }, name.toUpperCase())));
+  const move = step => setEnd(Math.min(latest(), (end ?? latest()) + step * span), span);
+  const zoom = by => setEnd(end ?? latest(), Math.max(0.05, Math.min(60 * state.hello.minutes, span * by)));
   put(host, h('div', { class: 'column' },
     h('section', { class: 'card' },
-      h('div', { class: 'row spread' }, nodes, h('div', { class: 'row' }, h('label', {}, 'Show ', windows), pause,
+      h('div', { class: 'row spread' }, h('div', { class: 'row' }, nodes, beside), h('div', { class: 'row' }, record, format, h('label', {}, 'Show ', windows), pause,
         button('◀', () => move(-0.5), { title: 'Back', 'aria-label': 'Back' }), button('▶', () => move(0.5), { title: 'Forward', 'aria-label': 'Forward' }),
         button('+', () => zoom(0.5), { title: 'Zoom in', 'aria-label': 'Zoom in' }), button('−', () => zoom(2), { title: 'Zoom out', 'aria-label': 'Zoom out' }))),
       quantities, plots,
@@ -58,8 +100,7 @@ const show = host => {
         h('div', { class: 'row' }, 'Save what is shown:', formats.map(format => button(format.toUpperCase(), () => save(format), { id: `save-${format}` })), saving(plots, 'live')),
         speed),
       h('p', { class: 'soft' }, 'Drag across a plot to zoom, double-click to follow again. Click a name to hide its curve. Grey: no telemetry.')),
-    capture()));
-  plot.height = Math.max(90, Math.min(190, 640 / Math.max(1, chosen.panels.length)));
+    objectsCard(), capture()));
 
   let shown = '';
   const unwatch = watch(() => {
@@ -72,18 +113,19 @@ const show = host => {
       const chip = button('', () => {
         chosen.nodes = chosen.nodes.includes(node) ? chosen.nodes.filter(other => other !== node) : [...chosen.nodes, node].sort((a, b) => a - b);
         chip.setAttribute('aria-pressed', chosen.nodes.includes(node));
-        plot.show(chosen.nodes);
+        build();
       }, { class: 'chip', 'aria-pressed': chosen.nodes.includes(node) });
       const mark = h('i');
       mark.style.color = `var(--c${colour(node)})`;
       put(chip, mark, `Node ${node}`);
       return chip;
     }));
-    plot.show(chosen.nodes);
+    beside.hidden = known.length < 2;
+    build();
   });
   let frames = 0, at = performance.now();
   const cancel = animate(() => {
-    plot.draw();
+    drawn.forEach(plot => plot.draw());
     frames++;
     const now = performance.now();
     if (now - at < 1000) return;
@@ -91,8 +133,9 @@ const show = host => {
     [frames, at] = [0, now];
     document.body.dataset.frames = rate;
     say(speed, `${rate} frames/s`);
+    elapsed();
   });
-  return () => { unwatch(); cancel(); plot.destroy(); };
+  return () => { unwatch(); cancel(); drawn.forEach(plot => plot.destroy()); };
 };
 
 // What the board has recorded in its own memory.

@@ -2,7 +2,7 @@
 import * as socket from './socket.js';
 import * as rings from './ring.js';
 import { h, put, say, button, toast } from './dom.js';
-import { state, watch, actuators, choose } from './state.js';
+import { state, watch, actuators, choose, angleUnit, chooseAngles } from './state.js';
 import * as control from './control.js';
 import devices from './devices.js';
 import live from './live.js';
@@ -12,8 +12,9 @@ import tune from './tune.js';
 import identify from './identify.js';
 import faults from './faults.js';
 import bus from './bus.js';
+import tour from './tour.js';
 
-const views = [devices, live, move, parameters, tune, identify, faults, bus];
+const views = [devices, live, move, parameters, tune, identify, faults, bus, tour];
 const $ = id => document.getElementById(id);
 let current = null, leave = null;
 
@@ -32,6 +33,8 @@ const show = id => {
   document.body.dataset.view = view.id;
 };
 export const go = show;
+
+const again = () => { if (!current) return; const { id } = current; current = null; show(id); };
 
 const SVG = 'http://www.w3.org/2000/svg';
 const icon = path => {
@@ -59,6 +62,8 @@ $('tabs').addEventListener('keydown', event => {
   if (step && at >= 0) { $('tabs').children[(at + step + views.length) % views.length].focus(); event.preventDefault(); }
 });
 
+$('angles').value = angleUnit();
+$('angles').onchange = event => { chooseAngles(event.target.value); again(); };
 $('node').onchange = event => choose(+event.target.value);
 watch(() => {
   const options = actuators().map(node => `${node.node}`).join();
@@ -78,6 +83,11 @@ watch(() => {
   $('banner').hidden = !text;
   say($('banner'), text);
   say($('bus-name'), state.hello ? `${state.hello.bus}` : '');
+  const others = state.others.map(({ bus }) => bus).join();
+  if ($('others').dataset.shown !== others) {
+    $('others').dataset.shown = others;
+    put($('others'), state.others.map(({ bus, url }) => h('a', { href: url, target: `studio-${new URL(url).port}`, rel: 'noopener', title: 'Another Studio, which has its own stop' }, `also: ${bus}`)));
+  }
 });
 
 // Progress of long work, each with a way to stop it.
@@ -103,7 +113,9 @@ socket.on('hello', hello => {
   dropped = 0;
   const id = current?.id ?? (location.hash.slice(1) || 'devices');
   // What a view shows belongs to the connection.
-  current = null;
+  leave?.();
+  current = leave = null;
+  $('tab-tour').hidden = !hello.simulated;
   show(id);
   document.body.dataset.state = 'ready';
 });

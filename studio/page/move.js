@@ -2,7 +2,7 @@
 import { h, put, say, button, attempt, fixed, badge, toast } from './dom.js';
 import { request } from './socket.js';
 import { NumberField } from './number.js';
-import { state, watch, chosen, hasControl, whyNot, object, scale, unit, quantityOf, read, write } from './state.js';
+import { state, watch, chosen, hasControl, whyNot, object, scale, unit, quantityOf, limits, factor, shown, torqueFactor, angleUnit, read, write } from './state.js';
 import { ring, column, latest } from './ring.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
 import { saving } from './save.js';
@@ -11,49 +11,68 @@ import { ExcitationForm } from './excitation.js';
 
 const LIMITS = ['607D:1', '607D:2'];
 const PROFILE = ['6081:0', '6083:0', '6084:0'];
+// The highest rates that the drive accepts and that its encoder check accepts.
+const RATES = ['607F:0', '2100:2'];
+// What is commanded: an angle, or a rate (profile velocity).
+let kind = 'angle';
 
 const show = host => {
   const angle = h('div', { class: 'big', id: 'angle' }, '–'), drive = h('div', { class: 'row', id: 'drive' });
+  const tiles = [['rate', 'Rate', shown('deg/s'), 1], ['current', 'Motor current', 'mA', 0], ['torque', 'Torque', 'N m', 3], ['duty', 'Duty', '%', 1]].map(([key, name, unit, digits]) => ({ key, unit, digits, value: h('b', {}, '–'), name }));
   const enable = hold('Hold to enable', () => attempt(() => request('enable', { node: state.node }), 'The drive is enabled'), { id: 'enable', title: 'Hold the button, or Enter' });
   const disable = button('Disable', () => attempt(() => request('disable', { node: state.node })), { id: 'disable' });
-  const slider = h('input', { type: 'range', id: 'target-slider', min: -60, max: 60, step: 0.1, value: 0, 'aria-label': 'Target angle, deg' });
-  const target = new NumberField('target', { unit: 'deg', min: -60, max: 60 }, 0, () => {}, { 'aria-label': 'Target angle, deg' });
-  const low = h('span'), high = h('span');
+  const slider = h('input', { type: 'range', id: 'target-slider', step: 'any', value: 0, 'aria-label': 'Target' });
+  const target = new NumberField('target', limits(-60, 60, 'deg'), 0, () => {}, { 'aria-label': 'Target' });
+  const low = h('span'), high = h('span'), unitOf = h('span', { class: 'unit' });
+  const what = h('select', { id: 'kind', 'aria-label': 'What is commanded', onchange: () => { kind = what.value; choose(); } }, h('option', { value: 'angle' }, 'Angle'), h('option', { value: 'rate' }, 'Rate'));
+  what.value = kind;
+  let ranges = { angle: limits(-60, 60, 'deg'), rate: limits(-300, 300, 'deg/s') };
   // While it is dragged the last position counts.
   let isMoving = false, pending = null;
-  const command = async deg => {
-    pending = deg;
+  const command = async value => {
+    pending = value;
     if (isMoving) return;
     isMoving = true;
     while (pending != null) {
       const next = pending;
       pending = null;
-      if (await attempt(() => request('move', { node: state.node, deg: next }).then(() => true)) === undefined) pending = null;
+      if (await attempt(() => request(...(kind === 'rate' ? ['turn', { node: state.node, deg_s: next * factor('deg/s') }] : ['move', { node: state.node, deg: next * factor('deg') }])).then(() => true)) === undefined) pending = null;
     }
     isMoving = false;
   };
   let last = 0;
-  const point = deg => { last = deg; slider.value = deg; target.set(deg); };
-  const aim = deg => { point(deg); command(deg); };
-  slider.oninput = () => aim(+slider.value);
-  const enter = () => { const deg = target.read(); if (deg != null) aim(deg); };
+  const point = value => { last = value; slider.value = value; target.set(value); };
+  const aim = value => { point(value); command(value); };
+  slider.oninput = () => aim(+(+slider.value).toFixed(angleUnit() === 'rad' ? 3 : 1));
+  const enter = () => { const value = target.read(); if (value != null) aim(value); };
   target.input.onkeydown = event => { if (event.key === 'Enter') enter(); };
   const go = button('Go', enter, { class: 'primary', id: 'go' });
   const step = by => aim(Math.max(target.quantity.min, Math.min(target.quantity.max, by ? last + by : 0)));
-  const jog = h('div', { class: 'jog', role: 'group', 'aria-label': 'Steps' }, [-30, -10, -1, 0, 1, 10, 30].map(by => button(by ? `${by > 0 ? '+' : '−'}${Math.abs(by)}°` : '0°', () => step(by))));
+  const steps = angleUnit() === 'rad' ? [0.5, 0.1, 0.01] : [30, 10, 1];
+  const jog = h('div', { class: 'jog', role: 'group', 'aria-label': 'Steps' }, [...steps.map(by => -by), 0, ...steps.toReversed()].map(by => button(`${by > 0 ? '+' : by < 0 ? '−' : ''}${Math.abs(by)}`, () => step(by))));
+  const choose = () => {
+    target.quantity = ranges[kind];
+    const { min, max, unit } = ranges[kind];
+    Object.assign(slider, { min, max });
+    say(low, `${min} ${unit}`);
+    say(high, `${max} ${unit}`);
+    say(unitOf, unit);
+    const at = kind === 'angle' ? ring(node)?.last(column('angle')) / factor('deg') : 0;
+    point(Number.isFinite(at) ? +at.toFixed(angleUnit() === 'rad' ? 3 : 1) : 0);
+  };
   const profile = h('div', { class: 'fields' });
   const form = new ExcitationForm('move', () => update()), why = h('p', { class: 'soft', 'aria-live': 'polite' });
   const run = button('Run', () => attempt(() => request('excite', { node: state.node, settings: form.values() }), 'The excitation runs'), { class: 'primary', id: 'run' });
   const plots = h('div');
-  const panels = panelsOf(state.hello.quantities).filter(panel => ['angle', 'rate', 'current'].includes(panel.id));
-  const plot = new LivePlot(plots, panels, { height: 150, sync: 'move' });
+  const panels = panelsOf(state.hello.quantities).filter(panel => ['angle', 'rate', 'torque', 'duty'].includes(panel.id));
+  const plot = new LivePlot(plots, panels, { reserved: 190, least: 120, sync: 'move' });
 
   put(host, h('div', { class: 'cards two' },
     h('div', { class: 'column' },
-      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Drive'), drive), angle,
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Drive'), drive), angle, h('div', { class: 'tiles' }, tiles.map(({ name, unit, value }) => h('div', { class: 'tile' }, h('span', {}, `${name}, ${unit}`), value))),
         h('div', { class: 'row' }, enable, disable, button('Stop', stop, { title: 'Key: space' })),
         h('p', { class: 'soft', id: 'move-hint' })),
-      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Target'), h('div', { class: 'row' }, target.element, h('span', { class: 'unit' }, 'deg'), go)),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Target'), h('div', { class: 'row' }, what, target.element, unitOf, go)),
         h('div', { class: 'target' }, slider, h('div', { class: 'ends' }, low, high)), jog,
         h('h3', {}, 'Profile limits'), profile),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Excitation'), run), why, form.element)),
@@ -61,21 +80,17 @@ const show = host => {
 
   let node = null, isBusy = false;
   const load = async () => {
-    const values = await attempt(() => read(...LIMITS, ...PROFILE));
+    const values = await attempt(() => read(...LIMITS, ...PROFILE, ...RATES));
     if (!values) return;
-    const [min, max] = LIMITS.map(address => values[address] / scale(object(address)));
-    Object.assign(target.quantity, { min, max });
-    Object.assign(slider, { min, max });
-    say(low, `${min}°`);
-    say(high, `${max}°`);
+    const fastest = Math.min(values[RATES[0]] / 1000, values[RATES[1]]);
+    ranges = { angle: limits(values[LIMITS[0]] / 1000, values[LIMITS[1]] / 1000, 'deg'), rate: limits(-fastest, fastest, 'deg/s') };
+    choose();
     put(profile, PROFILE.flatMap(address => {
       const entry = object(address), id = `profile-${address.slice(0, 4)}`;
       const field = new NumberField(id, quantityOf(entry), values[address] / scale(entry),
         value => write(address, Math.round(value * scale(entry))).catch(error => field.refuse(error.message)), { disabled: !hasControl() });
       return [h('label', { for: id }, entry.entry), field.element, h('span', { class: 'unit' }, unit(entry))];
     }));
-    const at = ring(node)?.last(column('angle'));
-    if (Number.isFinite(at) && !chosen()?.is_enabled) point(+at.toFixed(1));
   };
   const update = () => {
     const one = chosen();
@@ -83,7 +98,7 @@ const show = host => {
     const isOn = can && one.is_enabled && !one.is_stopping;
     enable.disabled = !can || one.is_enabled || one.has_fault;
     disable.disabled = !can || !one.is_enabled;
-    for (const element of [slider, target.input, go, ...jog.children]) element.disabled = !isOn;
+    for (const element of [slider, target.input, go, what, ...jog.children]) element.disabled = !isOn;
     run.disabled = !isOn || !form.isValid;
     say(why, whyNot());
     put(drive, one ? badge(one.state ?? '–', one.has_fault ? 'bad' : one.is_enabled ? 'good' : '') : 'no actuator');
@@ -98,8 +113,9 @@ const show = host => {
   const unwatch = watch(update);
   const cancel = animate(() => {
     plot.draw();
-    const at = node == null ? NaN : ring(node)?.last(column('angle'));
-    say(angle, `${fixed(at, 2)}°`);
+    const last = key => node == null ? NaN : ring(node)?.last(column(key));
+    say(angle, `${fixed(last('angle') / factor('deg'), angleUnit() === 'rad' ? 4 : 2)}${angleUnit() === 'rad' ? ' rad' : '°'}`);
+    for (const { key, digits, value } of tiles) say(value, fixed(key === 'torque' ? last('current') * torqueFactor(node) : last(key) / factor(key === 'rate' ? 'deg/s' : ''), digits));
   });
   return () => { unwatch(); cancel(); plot.destroy(); };
 };

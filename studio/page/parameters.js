@@ -2,9 +2,10 @@
 import { h, put, say, button, attempt, badge, toast, download, table } from './dom.js';
 import { request, getToken, MESSAGE_BYTES } from './socket.js';
 import { parse, NumberField } from './number.js';
-import { state, watch, chosen, hasControl, scale, unit, quantityOf } from './state.js';
+import { state, watch, actuators, chosen, hasControl, scale, unit, quantityOf } from './state.js';
+import { TOPICS, wordsOf } from './topics.js';
 
-let undo = [];
+let undo = [], lastKind = 0;
 
 const defaultOf = (object, node) => object.default?.node_id_plus !== undefined ? object.default.node_id_plus + node : object.default;
 const differs = (object, value, node) => {
@@ -14,19 +15,20 @@ const differs = (object, value, node) => {
   return object.kind === 'real' ? Math.fround(+usual) !== Math.fround(+value) : String(usual) !== String(value);
 };
 // Numbers are shown as fields take them.
-const text = (object, value) => value == null ? '–' : object.kind === 'real' || scale(object) > 1 ? String(+(+value / scale(object)).toPrecision(7)) : String(value);
+const text = (object, value) => value == null ? '–' : object.kind === 'real' || scale(object) !== 1 ? String(+(+value / scale(object)).toPrecision(7)) : String(value);
 const range = object => object.min != null ? `${text(object, object.min)} … ${text(object, object.max)}` : '';
 
 const show = host => {
   let values = {}, node = null;
   const fields = new Map();
   const body = h('div'), status = h('span', { class: 'soft', 'aria-live': 'polite' });
-  const search = h('input', { type: 'search', id: 'filter', placeholder: 'Name, index or meaning', 'aria-label': 'Filter' });
-  const only = ['All', 'Different from default', 'Unsaved'];
+  const search = h('input', { type: 'search', id: 'filter', placeholder: 'As “current limit”, “PID”, “baud”, 607D', 'aria-label': 'Filter' });
+  const only = ['Basic', 'All objects', 'Different from default', 'Unsaved'];
   const which = h('select', { id: 'which', 'aria-label': 'Which objects' }, only.map((name, i) => h('option', { value: i }, name)));
   const back = button('Undo', undoLast, { id: 'undo', disabled: true });
   const file = h('input', { type: 'file', id: 'file', accept: '.dcf,.toml,.eds', hidden: true, onchange: compare });
   const comparison = h('div');
+  const other = h('select', { id: 'other', 'aria-label': 'Compare with another actuator', onchange: compareOther });
   const guarded = (label, action, attributes) => button(label, action, { 'data-control': true, ...attributes });
   put(host, h('div', { class: 'column' },
     h('section', { class: 'card' },
@@ -36,11 +38,15 @@ const show = host => {
       h('div', { class: 'row' }, search, which, status),
       h('div', { class: 'row' }, 'Files:',
         button('Write DCF', () => exported('dcf'), { id: 'export-dcf' }), button('Write TOML', () => exported('toml'), { id: 'export-toml' }),
-        button('Compare with a file …', () => file.click(), { id: 'compare' }), file)),
+        button('Compare with a file …', () => file.click(), { id: 'compare' }), file, other)),
     comparison, h('section', { class: 'card' }, body)));
 
   const exported = format => attempt(async () => download((await request('export', { node, format })).path, getToken()));
-  search.oninput = which.onchange = filter;
+  // A search looks at all objects.
+  const isBasic = () => +which.value === 0 && !search.value.trim();
+  let wasBasic = null;
+  which.value = lastKind;
+  search.oninput = which.onchange = () => { lastKind = which.value; if (isBasic() === wasBasic) filter(); else build(); };
 
   async function load() {
     say(status, 'Reading …');
@@ -100,7 +106,9 @@ const show = host => {
 
   function build() {
     fields.clear();
+    wasBasic = isBasic();
     const groups = new Map();
+    const basic = wasBasic ? TOPICS.map(({ title, objects }) => [title, { part: 'Basic', objects: objects.map(address => state.objects.get(address)).filter(object => object && values[object.address] !== undefined) }]) : [];
     for (const object of state.objects.values()) {
       if (values[object.address] === undefined || object.sub === 0) continue;
       const name = object.sub == null ? object.part : object.object;
@@ -110,11 +118,11 @@ const show = host => {
     }
     // What people adjust comes first.
     const order = ['Actuator', 'Drive profile', 'Communication'];
-    const sorted = [...groups].sort(([, a], [, b]) => order.indexOf(a.part) - order.indexOf(b.part));
-    put(body, sorted.map(([key, { part, objects }]) => h('details', { 'data-part': part },
+    const sorted = wasBasic ? basic : [...groups].sort(([, a], [, b]) => order.indexOf(a.part) - order.indexOf(b.part));
+    put(body, sorted.map(([key, { part, objects }]) => h('details', { 'data-part': part, open: wasBasic },
       h('summary', {}, key, h('span', { class: 'soft' }, '')),
       table(['Object', { name: 'Value', number: true }, 'Unit', { name: 'Range' }, 'Default', ''], h('tbody', {}, objects.map(object => h('tr', { id: `o-${object.address}` },
-        h('td', { title: `${object.meaning} ${object.source ? `Default: ${object.source}` : ''}`.trim() }, h('span', { class: 'soft mono' }, `${object.address} `), object.sub == null ? object.object : object.entry,
+        h('td', { title: `${object.meaning} ${object.source ? `Default: ${object.source}` : ''}`.trim() }, h('span', { class: 'soft mono' }, `${object.address} `), object.sub == null ? object.object : object.entry, wasBasic && object.sub != null && h('span', { class: 'soft' }, ` ${object.object}`),
           object.meaning && h('div', { class: 'soft' }, object.meaning.slice(0, 110))),
         h('td', { class: 'number' }, editor(object)), h('td', { class: 'unit' }, unit(object)), h('td', { class: 'soft' }, range(object)),
         h('td', { class: 'mono soft' }, text(object, defaultOf(object, node))), h('td', { class: 'marks' }, marks(object))))), { class: 'objects' }))));
@@ -122,19 +130,20 @@ const show = host => {
   }
 
   function filter() {
-    const sought = search.value.trim().toLowerCase(), kind = +which.value, unsaved = new Set(chosen()?.unsaved);
+    const sought = search.value.trim().toLowerCase().split(/\s+/).filter(Boolean), kind = +which.value, unsaved = new Set(chosen()?.unsaved);
     let count = 0;
     for (const group of body.children) {
       let here = 0;
       for (const row of group.querySelectorAll('tbody tr')) {
         const object = state.objects.get(row.id.slice(2));
-        const fits = (!sought || `${object.name} ${object.object} ${object.entry} ${object.address} ${object.meaning}`.toLowerCase().includes(sought))
-          && (kind !== 1 || differs(object, values[object.address], node)) && (kind !== 2 || unsaved.has(object.address));
+        const known = `${object.name} ${object.object} ${object.entry} ${object.address} ${object.meaning}`.toLowerCase(), words = wordsOf(object.address);
+        const fits = (sought.every(word => known.includes(word)) || words && sought.every(word => words.split(' ').some(other => other.startsWith(word))))
+          && (kind !== 2 || differs(object, values[object.address], node)) && (kind !== 3 || unsaved.has(object.address));
         row.hidden = !fits;
         here += fits;
       }
       group.hidden = !here;
-      if (sought || kind) group.open = here > 0;
+      if (sought.length || kind > 1) group.open = here > 0;
       say(group.querySelector('summary .soft'), `${here} objects`);
       count += here;
     }
@@ -148,8 +157,21 @@ const show = host => {
     if (chosenFile.size > MESSAGE_BYTES) return toast(`${chosenFile.name} has ${chosenFile.size} bytes: it is no file of parameters`, 'bad');
     const content = await chosenFile.text();
     const parsed = await attempt(() => request('parse_file', { text: content }));
-    if (!parsed) return;
-    const different = Object.entries(parsed.values).map(([address, value]) => ({ object: state.objects.get(address), value }))
+    if (parsed) present(chosenFile.name, parsed.values);
+  }
+
+  // The stored parameters of another actuator beside those of this one.
+  async function compareOther() {
+    const from = +other.value;
+    other.value = '';
+    const all = await attempt(() => request('read_all', { node: from }));
+    // What belongs to one actuator alone is not compared: its node-ID, and identifiers that have it.
+    const isShared = object => object?.is_stored && object.access === 'rw' && object.index >= 0x2000 && object.address !== '2102:1';
+    if (all) present(`Actuator ${from}`, Object.fromEntries(Object.entries(all).filter(([address]) => isShared(state.objects.get(address)))));
+  }
+
+  function present(title, theirs) {
+    const different = Object.entries(theirs).map(([address, value]) => ({ object: state.objects.get(address), value }))
       .filter(({ object, value }) => object.kind === 'real' ? Math.fround(+value) !== Math.fround(+values[object.address]) : Number(value) !== Number(values[object.address]));
     const rows = different.map(({ object, value }) => h('tr', {}, h('td', {}, h('input', { type: 'checkbox', checked: true, 'aria-label': `Write ${object.name}` })),
       h('td', {}, object.name, unit(object) && ` (${unit(object)})`), h('td', { class: 'number' }, text(object, values[object.address])), h('td', { class: 'number' }, text(object, value)), h('td', { class: 'why' })));
@@ -159,7 +181,7 @@ const show = host => {
         if (!box.checked) continue;
         try {
           const before = values[object.address];
-          Object.assign(values, await request('write', { node, object: object.address, value }));
+          Object.assign(values, await request('write', { node, object: object.address, value: String(value) }));
           undo.push({ node, address: object.address, before });
           box.checked = false;
           put(why, badge('written', 'good'));
@@ -168,13 +190,19 @@ const show = host => {
       build();
       back.disabled = !undo.length;
     };
-    put(comparison, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `${chosenFile.name}: ${different.length} of ${Object.keys(parsed.values).length} values differ`), h('div', { class: 'row' },
+    put(comparison, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `${title}: ${different.length} of ${Object.keys(theirs).length} values differ`), h('div', { class: 'row' },
       different.length ? guarded('Write the chosen ones', writeAll, { class: 'primary', id: 'write-file', disabled: !hasControl() }) : null, button('Close', () => put(comparison)))),
-    different.length ? table(['', 'Object', { name: 'Actuator', number: true }, { name: 'File', number: true }, ''], h('tbody', {}, rows)) : h('p', {}, 'The actuator has the values of the file.')));
+    different.length ? table(['', 'Object', { name: `Actuator ${node}`, number: true }, { name: title, number: true }, ''], h('tbody', {}, rows)) : h('p', {}, 'Both have the same values.')));
   }
 
   return watch(() => {
     const now = chosen()?.node ?? null;
+    const others = actuators().map(one => one.node).filter(one => one !== now);
+    if (other.dataset.options !== others.join()) {
+      other.dataset.options = others.join();
+      put(other, h('option', { value: '' }, 'Compare with …'), others.map(one => h('option', { value: one }, `actuator ${one}`)));
+      other.hidden = !others.length;
+    }
     if (now !== node) { node = now; if (node != null) load(); }
     host.querySelectorAll('[data-control]').forEach(element => { element.disabled = !hasControl() || node == null; });
     back.disabled = !undo.length || !hasControl();

@@ -3,7 +3,7 @@
 // All actuators share one grid of time: each of its steps, a few pixels wide, has the smallest and
 // the largest sample of each actuator, so that no peak is lost and the number of points is bounded.
 import { latest, ring, column } from './ring.js';
-import { colour } from './state.js';
+import { colour, state, factor, shown, torqueFactor } from './state.js';
 import { short } from './dom.js';
 
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -12,6 +12,9 @@ const PERIOD_S = 0.004;
 const GAP_S = 3.5 * PERIOD_S;
 // Samples come in groups: those of one actuator may be this much later than those of another.
 const LATE_S = 0.3;
+
+// What a sample of a quantity is multiplied by for people.
+const scaleOf = (node, key) => key === 'torque' ? torqueFactor(node) : 1 / factor(state.hello.quantities.find(quantity => quantity.key === key).unit);
 
 // The range of an axis: kept while the data fill a good part of it, so that it does not tremble.
 const range = (least, state) => (u, low, high) => {
@@ -26,12 +29,14 @@ const range = (least, state) => (u, low, high) => {
 };
 
 export class LivePlot {
-  // `panels`: label, unit, keys, least span; `options`: height, sync key, whether times are shown.
+  // `panels`: label, unit, keys, least span; `options`: height of a panel, sync key.
   constructor(host, panels, options = {}) {
     Object.assign(this, { host, panels, nodes: [], window: 10, end: null, charts: [], gaps: [], frames: 0, ...options });
     this.hidden = new Set();
     this.observer = new ResizeObserver(() => this.resize());
     this.observer.observe(host);
+    this.follow = () => this.resize();
+    addEventListener('resize', this.follow);
   }
   // Shows these actuators.
   show(nodes) {
@@ -57,7 +62,7 @@ export class LivePlot {
         grid: { stroke: () => css('--grid'), width: 1 }, ticks: { stroke: () => css('--rule'), width: 1 }, ...more,
       });
       const chart = new uPlot({
-        width, height: (this.height ?? 150) + (isLast ? 30 : 8), padding: [6, 10, 0, 0],
+        width, height: this.heightOf(isLast), padding: [6, 10, 0, 0],
         scales: { x: { time: false, auto: false }, y: { range: range(panel.least, state) } },
         axes: [
           axis(isLast ? { size: 30, values: (u, at) => at.map(v => `${+v.toFixed(3)} s`) } : { size: 4, values: (u, at) => at.map(() => '') }),
@@ -80,9 +85,14 @@ export class LivePlot {
       return chart;
     });
   }
+  // The panels share the height of the window, without `reserved` px.
+  heightOf(isLast) {
+    const fair = (innerHeight - (this.reserved ?? 330)) / this.panels.length - 30;
+    return Math.round(Math.max(this.least ?? 90, Math.min(520, fair))) + (isLast ? 30 : 8);
+  }
   resize() {
     const width = this.host.clientWidth;
-    if (width) this.charts.forEach(chart => chart.setSize({ width, height: chart.height }));
+    if (width) this.charts.forEach((chart, i) => chart.setSize({ width, height: this.heightOf(i + 1 === this.charts.length) }));
   }
   // Shows the samples until `end`, or the last ones.
   draw() {
@@ -117,13 +127,13 @@ export class LivePlot {
     const y = new Array(2 * steps).fill(undefined);
     const r = ring(node);
     if (!r) return y;
-    const values = r.values[column(key)], time = r.time;
+    const values = r.values[column(key === 'torque' ? 'current' : key)], time = r.time, by = scaleOf(node, key);
     const least = Math.max(GAP_S, 1.5 * step), from = r.find(start);
     let before = from > r.first ? start : null;
     // One quantity of an actuator shows the gaps of all.
     const gap = until => { if (key === this.panels[0].keys[0]) this.gaps.push([before, until]); };
     for (let i = from; i < r.count; i++) {
-      const at = i % r.size, t = time[at], value = values[at];
+      const at = i % r.size, t = time[at], value = values[at] * by;
       if (t > end) break;
       const k = Math.floor(t / step) - first;
       if (k < 0 || k >= steps || Number.isNaN(value)) continue;
@@ -157,17 +167,19 @@ export class LivePlot {
   }
   destroy() {
     this.observer.disconnect();
+    removeEventListener('resize', this.follow);
     this.charts.forEach(chart => chart.destroy());
     this.charts = [];
   }
 }
 
 // The panels of a plot, from the quantities of the server.
-const LEAST = { angle: 1, rate: 10, current: 50, back_emf: 0.2, duty: 5, supply: 0.5, temperature: 2 };
+const LEAST = { angle: 1, rate: 10, current: 50, torque: 0.05, back_emf: 0.2, duty: 5, supply: 0.5, temperature: 2 };
+const TORQUE = { key: 'torque', label: 'Torque', unit: 'N m' };
 export const panelsOf = quantities => {
   const by = key => quantities.find(quantity => quantity.key === key);
-  return quantities.filter(quantity => quantity.key !== 'demand').map(quantity => ({
-    id: quantity.key, label: quantity.label, unit: quantity.unit, least: LEAST[quantity.key] ?? 1,
+  return quantities.filter(quantity => quantity.key !== 'demand').flatMap(quantity => quantity.key === 'current' ? [quantity, TORQUE] : [quantity]).map(quantity => ({
+    id: quantity.key, label: quantity.label, unit: shown(quantity.unit), least: (LEAST[quantity.key] ?? 1) / factor(quantity.unit),
     keys: quantity.key === 'angle' ? ['angle', 'demand'] : [quantity.key],
     names: quantity.key === 'angle' ? [quantity.label, by('demand').label] : [quantity.label],
   }));

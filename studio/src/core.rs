@@ -24,6 +24,7 @@ use crate::bus::hub::{Hub, lock};
 use crate::bus::statistics::Statistics;
 use crate::control::Control;
 use crate::guarded::GuardedLink;
+use crate::neighbours::Neighbour;
 use crate::node::Node;
 use crate::web::{Download, PageId, Pages};
 
@@ -64,12 +65,16 @@ pub struct State {
     pub bus_problem: Option<String>,
     /// The log.
     pub log: VecDeque<Value>,
+    /// The image of the next update, as far as it was sent.
+    pub image: Vec<u8>,
     /// Files for the user: the newest last.
     files: VecDeque<Download>,
     /// Long work that can be stopped.
     tasks: BTreeMap<u64, Arc<AtomicBool>>,
     /// The nodes have changed since they were sent to the pages.
     pub has_changed: bool,
+    /// Other Studios on this computer.
+    pub neighbours: Vec<Neighbour>,
     /// When a heartbeat of another program with the node-ID of this one was last received.
     pub shared: Option<Instant>,
 }
@@ -86,6 +91,8 @@ pub struct Core {
     next_task: AtomicU64,
     /// Bit rate of the bus, kbit/s.
     pub kbit_s: u16,
+    /// Switches that break the encoders of simulated actuators, by node-IDs from 1.
+    pub encoder_switches: Vec<Arc<AtomicBool>>,
     /// Gets each entry of the log.
     notify: Box<dyn Fn(&str) + Send + Sync>,
 }
@@ -97,7 +104,12 @@ pub struct Busy;
 
 impl Core {
     /// Without nodes.
-    pub fn new(pages: Pages, kbit_s: u16, notify: Box<dyn Fn(&str) + Send + Sync>) -> Self {
+    pub fn new(
+        pages: Pages,
+        kbit_s: u16,
+        encoder_switches: Vec<Arc<AtomicBool>>,
+        notify: Box<dyn Fn(&str) + Send + Sync>,
+    ) -> Self {
         Self {
             hub: Arc::default(),
             pages,
@@ -106,6 +118,7 @@ impl Core {
             start: Instant::now(),
             next_task: AtomicU64::new(1),
             kbit_s,
+            encoder_switches,
             notify,
         }
     }

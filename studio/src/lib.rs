@@ -20,6 +20,7 @@ mod core;
 mod guarded;
 mod motion;
 mod native;
+mod neighbours;
 mod node;
 mod notice;
 mod parameter_file;
@@ -34,11 +35,13 @@ use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use host_sim::can::link::{Link, open_split};
 
-use crate::core::{Core, PageState};
+use crate::core::{Core, PageState, State};
+use crate::neighbours::{Neighbour, Register};
+use serde_json::{Value, json};
 use token::Token;
 use web::{Application, Download, PageId, Server};
 
@@ -56,6 +59,8 @@ pub struct Options {
     pub bus_name: String,
     /// Its bit rate, kbit/s.
     pub kbit_s: u16,
+    /// Those of [`NativeBus::encoder_switches`]; empty for a bus of others.
+    pub encoder_switches: Vec<Arc<AtomicBool>>,
 }
 
 /// Why Studio does not start.
@@ -112,7 +117,12 @@ impl Studio {
             bus: options.bus.clone(),
             source,
         })?;
-        let core = Core::new(server.pages(), options.kbit_s, Box::new(log));
+        let core = Core::new(
+            server.pages(),
+            options.kbit_s,
+            options.encoder_switches.clone(),
+            Box::new(log),
+        );
         core.hub.connect(Some(bus.transmitter));
         Ok(Self {
             core: Arc::new(core),
@@ -138,12 +148,13 @@ impl Studio {
     /// # Errors
     /// If the system cannot wait for events.
     pub fn run(self, stop: &AtomicBool, notify: &mut dyn FnMut(&Notice)) -> io::Result<()> {
+        let own = Neighbour::new(&self.options.bus_name, self.url(), self.address());
         let Self {
             core,
             mut server,
             link,
             options,
-            ..
+            token: _,
         } = self;
         let has_ended = AtomicBool::new(false);
         // Without room for a task there is a scan under way.
@@ -152,6 +163,7 @@ impl Studio {
             let (core, ended) = (&core, &has_ended);
             scope.spawn(move || receiver::run(core, &options.bus, link, ended));
             scope.spawn(move || clock::run(core, ended));
+            scope.spawn(move || watch_neighbours(core, own, ended));
             let bridge = Bridge {
                 core,
                 bus: &options.bus_name,
@@ -162,6 +174,36 @@ impl Studio {
             served
         })
     }
+}
+
+/// Tells the pages of the other Studios on this computer, unless others can reach this one: its
+/// pages would learn addresses with their tokens.
+fn watch_neighbours(core: &Core, own: Neighbour, ended: &AtomicBool) {
+    const PERIOD: Duration = Duration::from_secs(2);
+    const PATIENCE: Duration = Duration::from_millis(50);
+    let folder = own.is_private().then(neighbours::folder).flatten();
+    let Some(register) = folder.and_then(|folder| Register::join(folder, &own).ok()) else {
+        return;
+    };
+    while !ended.load(Relaxed) {
+        let others = register.others();
+        let has_changed = core.with(|state| {
+            let has_changed = state.neighbours != others;
+            state.neighbours = others;
+            has_changed.then(|| neighbours_event(state))
+        });
+        if let Some(event) = has_changed {
+            core.pages.tell_all(&event);
+        }
+        let end = Instant::now() + PERIOD;
+        while Instant::now() < end && !ended.load(Relaxed) {
+            std::thread::sleep(PATIENCE);
+        }
+    }
+}
+
+fn neighbours_event(state: &State) -> Value {
+    json!({ "event": "neighbours", "others": state.neighbours })
 }
 
 /// A listener at this address, or at another port if this one is taken.
@@ -183,18 +225,19 @@ struct Bridge<'a> {
 impl Application for Bridge<'_> {
     fn joined(&self, page: PageId) {
         let now_s = self.core.now_s();
-        let (hello, devices, control, samples) = self.core.with(|state| {
+        let (hello, devices, neighbours, control, samples) = self.core.with(|state| {
             let alive = Instant::now();
             state.pages.insert(page, PageState { alive });
             state.control.joined(page);
             (
-                requests::hello(page, state, self.bus, now_s),
+                requests::hello(page, self.core, state, self.bus),
                 clock::devices(state),
+                neighbours_event(state),
                 state.control.event(),
                 clock::past(state, now_s),
             )
         });
-        for event in [&hello, &devices] {
+        for event in [&hello, &devices, &neighbours] {
             self.core.pages.tell(page, event);
         }
         self.core.pages.past(page, samples);
@@ -205,6 +248,8 @@ impl Application for Bridge<'_> {
         let control = self.core.with(|state| {
             state.pages.remove(&page);
             state.control.left(page);
+            let nodes = state.nodes.values_mut();
+            nodes.for_each(|node| node.record.release(page));
             state.control.event()
         });
         self.core.pages.tell_all(&control);

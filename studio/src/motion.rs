@@ -19,6 +19,7 @@ use host_sim::can::mapped;
 
 use crate::attach;
 use crate::core::{Busy, Core};
+use crate::node::Target;
 use crate::web::PageId;
 
 /// Time without a sign of life of a page after which its motions are stopped.
@@ -35,6 +36,12 @@ const SHARED: Duration = Duration::from_millis(300);
 
 /// Time without it after which an actuator reacts, ms.
 pub const HEARTBEAT_TIMEOUT_MS: u32 = 300;
+
+/// Mode of operation (6060h): an angle, reached by a profile.
+pub const PROFILE_POSITION: i8 = 1;
+
+/// Mode of operation: a rate, reached by a ramp.
+const PROFILE_VELOCITY: i8 = 3;
 
 /// Controlword: quick stop (CiA 402).
 const QUICK_STOP: u16 = canopen::cia402::controlword::ENABLE_VOLTAGE;
@@ -72,7 +79,7 @@ pub fn enable(core: &Arc<Core>, client: &mut Client, page: PageId) -> Result<(),
     core.with_node(number, |node| {
         (node.enabled_by, node.is_watching) = (Some(page), true)
     });
-    let enabled = client.enable(1);
+    let enabled = client.enable(PROFILE_POSITION);
     if enabled.is_err() {
         core.with_node(number, |node| node.enabled_by = None);
         attach::release(core, number);
@@ -80,24 +87,54 @@ pub fn enable(core: &Arc<Core>, client: &mut Client, page: PageId) -> Result<(),
     enabled
 }
 
-/// Commands the angle that was last requested.
+/// Commands the angle or the rate that was last requested.
 ///
 /// # Errors
 /// Those of the transfers and of the drive.
 pub fn go(core: &Core, client: &mut Client) -> Result<(), ClientError> {
-    let target = core.with_node(client.node(), |node| node.target_mdeg.take());
+    let target = core.with_node(client.node(), |node| node.target.take());
     match target.flatten() {
-        Some(target) => client.move_to(target),
+        Some(Target::Angle(mdeg)) => {
+            take_mode(core, client, PROFILE_POSITION)?;
+            client.move_to(mdeg)
+        }
+        Some(Target::Rate(mdeg_s)) => {
+            take_mode(core, client, PROFILE_VELOCITY)?;
+            client.write("60FF", &mdeg_s.to_string())
+        }
         // An earlier job has commanded a later target already.
         None => Ok(()),
     }
+}
+
+/// Changes the mode of an enabled drive where it is another one, and waits for it: a target acts
+/// once its mode has started.
+///
+/// # Errors
+/// Those of the transfers, and a mode that does not start.
+pub fn take_mode(core: &Core, client: &mut Client, mode: i8) -> Result<(), ClientError> {
+    const PATIENCE: Duration = Duration::from_secs(1);
+    let shown = core.with_node(client.node(), |node| node.mode);
+    if shown == Some(mode) {
+        return Ok(());
+    }
+    client.write("6060", &mode.to_string())?;
+    let end = Instant::now() + PATIENCE;
+    while client.integer("6061")? != i64::from(mode) {
+        if Instant::now() > end {
+            return client.fail_in_state("expected the mode to start");
+        }
+        client.pause(Duration::from_millis(4))?;
+    }
+    core.with_node(client.node(), |node| node.mode = mode);
+    Ok(())
 }
 
 /// Stops a drive: at once, and until it is off.
 pub fn stop(core: &Arc<Core>, number: u8) {
     let is_there = core.with_node(number, |node| {
         node.stops.fetch_add(1, Ordering::SeqCst);
-        node.target_mdeg = None;
+        node.target = None;
         node.is_stopping |= node.is_powered() || node.enabled_by.is_some();
         node.is_actuator
     });

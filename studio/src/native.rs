@@ -9,6 +9,7 @@ use canopen::NodeId;
 use host_sim::can::bus::Bus;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
 use host_sim::can::server::Server;
+use model_core::parameter::ParameterError;
 use model_core::plant::board::BoardPlantOptions;
 
 use crate::StudioError;
@@ -16,6 +17,7 @@ use crate::StudioError;
 /// Simulated actuators on a bus, which other programs of this computer can use too.
 pub struct NativeBus {
     address: SocketAddr,
+    encoder_switches: Vec<Arc<AtomicBool>>,
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
 }
@@ -39,11 +41,17 @@ impl NativeBus {
         let address = listener.local_addr().map_err(serve)?;
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
+        let encoder_switches: Vec<Arc<AtomicBool>> =
+            (0..actuators).map(|_| Arc::default()).collect();
+        let switches = encoder_switches.clone();
         let thread = std::thread::spawn(move || {
             let mut buffers = vec![vec![0; CAPTURE_VALUES]; usize::from(actuators)];
-            let nodes = (1..).zip(&mut buffers).map(|(number, buffer)| {
+            let nodes = (1..).zip(&mut buffers).zip(switches);
+            let nodes = nodes.map(|((number, buffer), switch)| {
                 let plant = BoardPlantOptions::realistic(u64::from(number));
-                NativeNode::new(u32::from(number), NodeId::new(number), &plant, buffer)
+                let id = NodeId::new(number);
+                let node = NativeNode::new(u32::from(number), id, &plant, buffer)?;
+                Ok::<_, ParameterError>(node.with_encoder_switch(switch))
             });
             let ended = match nodes.collect::<Result<_, _>>() {
                 Ok(nodes) => {
@@ -58,6 +66,7 @@ impl NativeBus {
         });
         Ok(Self {
             address,
+            encoder_switches,
             stop,
             thread: Some(thread),
         })
@@ -66,6 +75,11 @@ impl NativeBus {
     /// The bus as `--bus` takes it.
     pub fn address(&self) -> SocketAddr {
         self.address
+    }
+
+    /// For each actuator, what breaks a wire of its encoder while it is set.
+    pub fn encoder_switches(&self) -> Vec<Arc<AtomicBool>> {
+        self.encoder_switches.clone()
     }
 }
 

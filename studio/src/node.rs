@@ -23,6 +23,15 @@ pub const HEARTBEAT_MS: u16 = 100;
 /// Time without a heartbeat after which a node counts as lost: five periods.
 const LOST: Duration = Duration::from_millis(5 * HEARTBEAT_MS as u64);
 
+/// What a page commands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Target {
+    /// An angle, mdeg.
+    Angle(i32),
+    /// A rate, mdeg/s.
+    Rate(i32),
+}
+
 /// A node.
 #[derive(Default)]
 pub struct Node {
@@ -60,8 +69,8 @@ pub struct Node {
     pub is_stopping: bool,
     /// Number of stops: a job that started before the last one must not send.
     pub stops: Arc<AtomicU64>,
-    /// The last target, mdeg, that is not commanded yet.
-    pub target_mdeg: Option<i32>,
+    /// The last target that is not commanded yet.
+    pub target: Option<Target>,
     /// Addresses of the objects that were written and not saved since.
     pub unsaved: BTreeSet<String>,
     /// Objects with their values before this program changed them, in the order to write them back.

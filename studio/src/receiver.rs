@@ -212,7 +212,7 @@ fn of_state(node: &mut Node, statusword: Option<u16>) -> Option<Change> {
     }
     let is_released = was_powered && !node.is_powered();
     if is_released {
-        (node.enabled_by, node.is_stopping, node.target_mdeg) = (None, false, None);
+        (node.enabled_by, node.is_stopping, node.target) = (None, false, None);
     }
     Some(Change {
         state,

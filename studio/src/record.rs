@@ -1,17 +1,21 @@
 //! The samples of an actuator: those of the last minutes, and those that the pages lack.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use host_sim::can::telemetry::Clock;
 use model_core::time::CONTROL_RATE_HZ;
 
 use crate::quantity::COUNT;
+use crate::web::PageId;
 
 /// Minutes that are kept of each of up to [`FULL_NODES`] actuators.
 pub const MINUTES: usize = 5;
 
 /// Rows that are kept of each actuator.
 pub const ROWS: usize = MINUTES * 60 * CONTROL_RATE_HZ as usize;
+
+/// Rows of the longest recording: an hour, 36 MB.
+const LONGEST: usize = 3600 * CONTROL_RATE_HZ as usize;
 
 /// Actuators with a full ring: of more, each keeps less, so that the memory has a bound of 24 MB.
 const FULL_NODES: usize = 8;
@@ -43,6 +47,8 @@ pub struct Record {
     pub ring: VecDeque<Row>,
     /// Rows that the pages lack.
     pub pending: Vec<Row>,
+    /// The pages that record, and since when, s: these rows are kept.
+    kept: BTreeMap<PageId, f64>,
 }
 
 /// Rows that wait for the next message to the pages: half a second.
@@ -55,8 +61,11 @@ impl Record {
         let time_s = self.time_s(counter, now_s);
         let row = Row { time_s, values };
         let most = ROWS * FULL_NODES / nodes.max(FULL_NODES);
-        while self.ring.len() >= most {
+        while self.ring.len() >= most && !self.is_kept() {
             self.ring.pop_front();
+        }
+        if self.kept.is_empty() {
+            self.ring.shrink_to(most);
         }
         if self.ring.capacity() < most {
             // Growing by doubling would touch memory long after the ring is full.
@@ -68,6 +77,23 @@ impl Record {
         } else {
             self.dropped += 1;
         }
+    }
+
+    /// Keeps all rows from now on for a page, for an hour at most.
+    pub fn keep(&mut self, page: PageId, now_s: f64) {
+        self.kept.insert(page, now_s);
+    }
+
+    /// Ends the recording of a page.
+    pub fn release(&mut self, page: PageId) {
+        self.kept.remove(&page);
+    }
+
+    /// Whether the oldest row belongs to a recording.
+    fn is_kept(&self) -> bool {
+        let oldest = self.ring.front();
+        self.ring.len() < LONGEST
+            && oldest.is_some_and(|row| self.kept.values().any(|from| row.time_s >= *from))
     }
 
     /// The time of a sample: by the counter, whose period is exact, unless there was a gap.
@@ -137,6 +163,24 @@ mod tests {
         record.push(Some(1), 8.5, [0.0; COUNT], 1);
         assert_eq!(times(&record), [5.0, 8.0, 8.5]);
         assert_eq!(record.lost, 0);
+    }
+
+    #[test]
+    fn a_recording_is_kept_until_it_ends_and_for_an_hour_at_most() {
+        let mut record = Record::default();
+        let push = |record: &mut Record, from: usize, to: usize| {
+            (from..to).for_each(|row| record.push(None, row as f64, [0.0; COUNT], 1));
+        };
+        push(&mut record, 0, 10);
+        record.keep(7, 10.0);
+        push(&mut record, 10, 2 * ROWS);
+        assert_eq!(record.rows(10.0, f64::MAX).count(), 2 * ROWS - 10);
+        record.release(7);
+        push(&mut record, 2 * ROWS, 2 * ROWS + 1);
+        assert_eq!(record.ring.len(), ROWS);
+        record.keep(7, 0.0);
+        push(&mut record, 0, LONGEST);
+        assert_eq!(record.ring.len(), LONGEST);
     }
 
     #[test]

@@ -29,6 +29,7 @@ impl Running {
             bus: bus.address().to_string(),
             bus_name: "test".into(),
             kbit_s: 1000,
+            encoder_switches: bus.encoder_switches(),
         };
         let studio = Studio::open(options, |_| {}).expect("a server");
         let (url, stop) = (studio.url(), Arc::new(AtomicBool::new(false)));
@@ -260,6 +261,7 @@ fn two_programs_with_one_node_id_do_not_move_actuators_at_once() {
         bus: address.clone(),
         bus_name: "test".into(),
         kbit_s: 1000,
+        encoder_switches: Vec::new(),
     };
     let second = Studio::open(options, |_| {}).expect("a server");
     let url = second.url();
@@ -296,6 +298,7 @@ fn an_actuator_is_left_as_it_was_found() {
         bus: address.clone(),
         bus_name: "test".into(),
         kbit_s: 1000,
+        encoder_switches: Vec::new(),
     };
     let studio = Studio::open(options, |_| {}).expect("a server");
     let mut running = Running {

@@ -1,6 +1,9 @@
 //! An actuator that runs natively: the firmware's application and its CANopen device around the
 //! plant.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
 use canopen::{CanFrame, NodeId};
 use firmware::{
     actuator::Actuator,
@@ -11,7 +14,7 @@ use firmware::{
 };
 use model_core::{
     parameter::ParameterError,
-    plant::board::{BoardPlant, BoardPlantOptions, SampledBoardPlant},
+    plant::board::{BoardPlant, BoardPlantOptions, EncoderWire, SampledBoardPlant, Stuck},
 };
 
 /// Length of a control period, us.
@@ -68,6 +71,7 @@ pub struct NativeNode<'a> {
     flash: Memory,
     saver: Saver<StoredParameters>,
     next_us: u64,
+    encoder_switch: Arc<AtomicBool>,
 }
 
 impl<'a> NativeNode<'a> {
@@ -96,7 +100,16 @@ impl<'a> NativeNode<'a> {
             saver: Saver::new(&loaded),
             flash,
             next_us: PERIOD_US,
+            encoder_switch: Arc::default(),
         })
+    }
+
+    /// With a switch that breaks a wire of the encoder while it is set.
+    pub fn with_encoder_switch(self, encoder_switch: Arc<AtomicBool>) -> Self {
+        Self {
+            encoder_switch,
+            ..self
+        }
     }
 
     /// Receives a frame, at the time of the node's last control period.
@@ -114,6 +127,9 @@ impl<'a> NativeNode<'a> {
         if now_us < self.next_us {
             return false;
         }
+        let is_broken = self.encoder_switch.load(Relaxed);
+        self.plant.plant.defects.encoder_wire =
+            is_broken.then_some((EncoderWire::Data, Stuck::High));
         let outputs = self
             .actuator
             .step(&samples(&self.plant.sampled()), self.next_us);

@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use super::objects::address;
 use crate::bus::decode::nmt_command;
-use crate::core::State;
+use crate::core::{Core, State};
 use crate::quantity;
 use crate::record::MINUTES;
 use crate::web::PageId;
@@ -113,11 +113,12 @@ fn faults() -> Vec<Value> {
 }
 
 /// The first message to a page.
-pub fn hello(page: PageId, state: &State, bus: &str, now_s: f64) -> Value {
+pub fn hello(page: PageId, core: &Core, state: &State, bus: &str) -> Value {
     let objects: Vec<_> = names::rows().iter().map(object).collect();
     let commands = [1, 128, 2, 130, 129].map(nmt_command);
     json!({
-        "event": "hello", "page": page, "bus": bus, "now_s": now_s,
+        "event": "hello", "page": page, "bus": bus, "now_s": core.now_s(),
+        "simulated": core.encoder_switches.len(),
         "version": env!("CARGO_PKG_VERSION"), "minutes": MINUTES,
         "objects": objects, "faults": faults(), "quantities": quantity::ALL,
         "excitations": SHAPES, "repetitions": REPETITIONS,

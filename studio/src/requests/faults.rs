@@ -1,5 +1,7 @@
 //! Faults, their history, and the counters of the board.
 
+use std::sync::atomic::Ordering::Relaxed;
+
 use canopen::cia402::statusword;
 use canopen_generator::Row;
 use host_sim::can::client::ClientError;
@@ -59,4 +61,16 @@ pub fn clear(context: Context, node: u8) {
         client.write("1003:0", "0")?;
         Ok::<_, ClientError>(json!(null))
     });
+}
+
+/// Breaks the encoder of a simulated actuator, or mends it.
+pub fn break_encoder(context: &Context, node: u8, is_broken: bool) {
+    let index = usize::from(node).checked_sub(1);
+    let switches = &context.core.encoder_switches;
+    let switch = index.and_then(|index| switches.get(index));
+    let result = switch.ok_or_else(|| format!("actuator {node} is not simulated by this program"));
+    context.reply.result(result.map(|switch| {
+        switch.store(is_broken, Relaxed);
+        json!(null)
+    }));
 }

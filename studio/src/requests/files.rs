@@ -55,6 +55,18 @@ pub fn parse(context: &Context, text: &str) {
         .result(values.map(|values| json!({ "values": values })));
 }
 
+/// Begins or ends a recording of this page; answers with the time, s.
+pub fn record(context: &Context, nodes: &[u8], is_on: bool) {
+    let now_s = context.core.now_s();
+    for node in nodes {
+        context.core.with_node(*node, |node| match is_on {
+            true => node.record.keep(context.page, now_s),
+            false => node.record.release(context.page),
+        });
+    }
+    context.reply.result(Ok(json!(now_s)));
+}
+
 pub fn save_recording(context: Context, request: Recording) {
     let rows: Option<Vec<Row>> = context.core.with_node(request.node, |node| {
         let rows = node.record.rows(request.from_s, request.to_s);

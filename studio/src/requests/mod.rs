@@ -8,7 +8,9 @@ mod identify;
 mod motion;
 mod network;
 mod objects;
+mod response;
 mod tuning;
+mod update;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -114,6 +116,10 @@ enum Request {
         node: u8,
         deg: f64,
     },
+    Turn {
+        node: u8,
+        deg_s: f64,
+    },
     Preview {
         settings: ExcitationValues,
     },
@@ -156,6 +162,11 @@ enum Request {
     ClearHistory {
         node: u8,
     },
+    /// Begins or ends a recording that is longer than what is kept anyway.
+    Record {
+        nodes: Vec<u8>,
+        is_on: bool,
+    },
     SaveRecording(files::Recording),
     ArmCapture {
         node: u8,
@@ -167,6 +178,11 @@ enum Request {
         node: u8,
     },
     Tune(tuning::TuneValues),
+    Response {
+        node: u8,
+        from_s: f64,
+        to_s: f64,
+    },
     ApplyGains {
         node: u8,
         gains: tuning::Gains,
@@ -176,6 +192,19 @@ enum Request {
     TakeOver {
         node: u8,
         values: BTreeMap<String, f64>,
+    },
+    /// A part of the image of the next update.
+    ImagePart {
+        is_first: bool,
+        hex: String,
+    },
+    Update {
+        node: u8,
+    },
+    /// Breaks or mends the encoder of a simulated actuator.
+    BreakEncoder {
+        node: u8,
+        is_broken: bool,
     },
 }
 
@@ -196,9 +225,11 @@ impl Request {
                 | Self::Export { .. }
                 | Self::ParseFile { .. }
                 | Self::Faults { .. }
+                | Self::Record { .. }
                 | Self::SaveRecording(_)
                 | Self::ReadCapture { .. }
                 | Self::Tune(_)
+                | Self::Response { .. }
                 | Self::Predict(_)
                 | Self::Identify(_)
         )
@@ -307,6 +338,7 @@ fn dispatch(context: Context, request: Request) {
         Request::Enable { node } => motion::enable(context, node),
         Request::Disable { node } => motion::disable(context, node),
         Request::Move { node, deg } => motion::go(context, node, deg),
+        Request::Turn { node, deg_s } => motion::turn(context, node, deg_s),
         Request::Preview { settings } => motion::preview(&context, &settings),
         Request::Excite { node, settings } => motion::excite(context, node, settings),
         Request::Read { node, objects } => objects::read(context, node, objects),
@@ -323,6 +355,7 @@ fn dispatch(context: Context, request: Request) {
         Request::Faults { node } => faults::read(context, node),
         Request::ResetFaults { node } => faults::reset(context, node),
         Request::ClearHistory { node } => faults::clear(context, node),
+        Request::Record { nodes, is_on } => files::record(&context, &nodes, is_on),
         Request::SaveRecording(recording) => files::save_recording(context, recording),
         Request::ArmCapture {
             node,
@@ -334,10 +367,16 @@ fn dispatch(context: Context, request: Request) {
         }
         Request::ReadCapture { node } => files::read_capture(context, node),
         Request::Tune(values) => tuning::tune(context, values),
+        Request::Response { node, from_s, to_s } => response::measured(context, node, from_s, to_s),
         Request::ApplyGains { node, gains } => tuning::apply(context, node, gains),
         Request::Predict(prediction) => identify::predict(context, prediction),
         Request::Identify(identification) => identify::identify(context, identification),
         Request::TakeOver { node, values } => identify::take_over(context, node, values),
+        Request::ImagePart { is_first, hex } => update::part(&context, is_first, &hex),
+        Request::Update { node } => update::update(context, node),
+        Request::BreakEncoder { node, is_broken } => {
+            faults::break_encoder(&context, node, is_broken);
+        }
     }
 }
 

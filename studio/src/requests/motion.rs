@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 
 use super::{Context, ExcitationValues};
 use crate::motion;
+use crate::node::Target;
 
 pub fn stop(context: &Context) {
     motion::stop_all(&context.core);
@@ -36,22 +37,35 @@ pub fn disable(context: Context, node: u8) {
     context.at_node(node, |_, client| client.disable().map(|()| json!(null)));
 }
 
-/// mdeg; `None` for what no object holds.
-fn mdeg(deg: f64) -> Option<i32> {
+/// In thousandths; `None` for what no object holds.
+fn thousandths(deg: f64) -> Option<i32> {
     let value = (deg * 1e3).round();
     (value.abs() <= f64::from(i32::MAX)).then_some(value as i32)
 }
 
 pub fn go(context: Context, node: u8, deg: f64) {
-    let Some(target) = mdeg(deg) else {
-        return context
+    match thousandths(deg).map(Target::Angle) {
+        Some(target) => command(context, node, target),
+        None => context
             .reply
-            .result(Err(format!("the target is {deg} deg, expected an angle")));
-    };
+            .result(Err(format!("the target is {deg} deg, expected an angle"))),
+    }
+}
+
+pub fn turn(context: Context, node: u8, deg_s: f64) {
+    match thousandths(deg_s).map(Target::Rate) {
+        Some(target) => command(context, node, target),
+        None => context
+            .reply
+            .result(Err(format!("the target is {deg_s} deg/s, expected a rate"))),
+    }
+}
+
+fn command(context: Context, node: u8, target: Target) {
     let is_enabled = context.core.with_node(node, |node| {
         let is_enabled = node.is_enabled() && !node.is_stopping;
         if is_enabled {
-            node.target_mdeg = Some(target);
+            node.target = Some(target);
         }
         is_enabled
     });
@@ -105,6 +119,7 @@ pub fn excite(context: Context, node: u8, settings: ExcitationValues) {
     let page = context.page;
     context.move_at_node(node, move |core, client| {
         core.with_node(client.node(), |node| node.enabled_by = Some(page));
+        motion::take_mode(core, client, motion::PROFILE_POSITION)?;
         for (sub, value) in settings.0 {
             client.write(&format!("2020:{sub}"), &value.to_string())?;
         }

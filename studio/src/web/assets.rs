@@ -62,6 +62,9 @@ pub const FILES: &[Asset] = scripts![
     "identify.js",
     "faults.js",
     "bus.js",
+    "topics.js",
+    "tour.js",
+    "xy.js",
 ];
 
 /// The colours of the curves, those of all figures of the project.

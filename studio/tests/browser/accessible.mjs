@@ -1,10 +1,17 @@
-// Contrast of every text by WCAG 2.1 AA in light and dark, no sideways scrolling at 400 px, and the
-// keyboard alone. node accessible.mjs ACTUATOR PICTURES
+// Contrast of every text by WCAG 2.1 AA, no finding of axe and no sideways scrolling, at 400, 1280
+// and 2560 px, in light, dark and forced colours; and the keyboard alone.
+// node accessible.mjs ACTUATOR PICTURES AXE
 import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
 import { closeBrowser, studio, visit, wait } from './session.mjs';
 
-const [actuator, pictures] = process.argv.slice(2);
-const VIEWS = ['devices', 'live', 'move', 'parameters', 'tune', 'identify', 'faults', 'bus'];
+const [actuator, pictures, axe] = process.argv.slice(2);
+const AXE = readFileSync(axe, 'utf8');
+const VIEWS = ['devices', 'live', 'move', 'parameters', 'tune', 'identify', 'faults', 'bus', 'tour'];
+// In forced colours the browser replaces colours, which axe does not see.
+const FINDINGS = forced => `axe.run({ rules: { 'color-contrast': { enabled: ${!forced} } } }).then(({ violations }) => violations.filter(({ impact }) => impact === 'serious' || impact === 'critical').map(({ id, nodes }) => id + ': ' + nodes[0].html.slice(0, 120)))`;
+// What can be scrolled sideways, hidden or not.
+const SIDEWAYS = "[...document.querySelectorAll('*')].filter(e => e.clientWidth && e.scrollWidth > e.clientWidth + 1 && /auto|scroll/.test(getComputedStyle(e).overflowX) && !e.matches('select, input')).map(e => e.id || e.className || e.tagName)";
 
 // Texts with less contrast to their ground than AA requires: 4.5, or 3 for large ones.
 const WEAK = `(() => {
@@ -30,24 +37,27 @@ const WEAK = `(() => {
 
 const run = await studio(actuator);
 try {
-  for (const dark of [false, true]) {
-    for (const [width, height, touch] of [[1400, 950, false], [400, 850, true]]) {
-      const page = await visit(run.url, { width, height, dark, touch }, pictures);
+  for (const scheme of ['light', 'dark', 'forced']) {
+    for (const [width, height, touch] of [[400, 850, true], [1280, 900, false], [2560, 1440, false]]) {
+      const forced = scheme === 'forced', page = await visit(run.url, { width, height, dark: scheme === 'dark', forced, touch }, pictures);
       await page.ready();
       await page.until("document.querySelectorAll('#view-devices tbody tr').length > 1");
       for (const view of VIEWS) {
         await page.show(view);
-        await wait(900);
-        assert.deepEqual(await page.evaluate(WEAK), [], `${view}, ${dark ? 'dark' : 'light'}`);
+        await wait(700);
+        const where = `${view}, ${width} px, ${scheme}`;
+        if (!forced) assert.deepEqual(await page.evaluate(WEAK), [], where);
+        assert.deepEqual(await page.evaluate(`(window.axe ? 0 : (0, eval)(${JSON.stringify(AXE)}), ${FINDINGS(forced)})`), [], where);
+        assert.deepEqual(await page.evaluate(SIDEWAYS), [], where);
         const wide = await page.evaluate('document.documentElement.scrollWidth');
         assert.ok(wide <= width, `${view} is ${wide} px wide on a screen of ${width}`);
-        await page.picture(`${view}-${width}-${dark ? 'dark' : 'light'}`);
+        await page.picture(`${view}-${width}-${scheme}`);
       }
       page.clean();
       await page.close();
     }
   }
-  console.log('contrast AA, and 400 px without sideways scrolling');
+  console.log('contrast AA, axe, and no sideways scrolling');
 
   // From the address bar to a moved and stopped shaft without a mouse.
   const page = await visit(run.url);

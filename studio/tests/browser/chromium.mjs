@@ -35,7 +35,7 @@ export async function launch(program = process.env.CHROMIUM ?? 'chromium') {
   });
 
   // A page; its errors, warnings and requests are recorded.
-  const open = async (url, { width = 1280, height = 900, dark = false, touch = false, locale = 'en-US' } = {}) => {
+  const open = async (url, { width = 1280, height = 900, dark = false, touch = false, forced = false, locale = 'en-US' } = {}) => {
     const { targetId } = await send('Target.createTarget', { url: 'about:blank' });
     const { sessionId } = await send('Target.attachToTarget', { targetId, flatten: true });
     const page = (method, params) => send(method, params, sessionId);
@@ -49,7 +49,7 @@ export async function launch(program = process.env.CHROMIUM ?? 'chromium') {
     });
     for (const domain of ['Runtime', 'Log', 'Page', 'Network']) await page(`${domain}.enable`);
     await page('Emulation.setDeviceMetricsOverride', { width, height, deviceScaleFactor: 1, mobile: touch });
-    await page('Emulation.setEmulatedMedia', { features: [{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }] });
+    await page('Emulation.setEmulatedMedia', { features: [{ name: 'prefers-color-scheme', value: dark ? 'dark' : 'light' }, { name: 'forced-colors', value: forced ? 'active' : 'none' }] });
     await page('Emulation.setLocaleOverride', { locale });
     await page('Page.navigate', { url });
     const evaluate = async expression => {

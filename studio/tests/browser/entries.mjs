@@ -83,7 +83,7 @@ const decimals = async (run, locale) => {
   await limit(30_000);
   await page.show('live');
   await page.enable();
-  await page.until("document.querySelector('#view-move .ends').textContent.includes('30°')");
+  await page.until("document.querySelector('#view-move .ends').textContent.includes('30 deg')");
   await page.evaluate("document.getElementById('target').focus()");
   await typed(page, '30,5');
   assert.match(await why(page), /expected -60 to 30 deg/);
@@ -137,10 +137,20 @@ try {
         });
       }
     }
+    if (view === 'move') {
+      await page.fill('#kind', 'rate');
+      await fill('#target', 'deg/s', ENTRIES, (where, value, isRefused, requests) => {
+        assert.deepEqual(requests.map(({ deg_s }) => deg_s), isRefused ? [] : [value], where);
+        assert.ok(isRefused || Math.abs(value) <= 700, where);
+      });
+      assert.ok(Math.abs(await page.angle()) < 61, 'no rate leads beyond the travel');
+      await page.fill('#kind', 'angle');
+    }
     console.log(`${ENTRIES} entries in each field of ${view}`);
   }
   assert.ok(targets > 20, 'some entries are targets');
   await page.show('parameters');
+  await page.fill('#which', 1);
   await page.until("document.querySelectorAll('#view-parameters tbody tr').length > 250");
   const all = (await fields()).filter(([id]) => !/^v-(1|2030|607D|2100)/.test(id));
   for (let i = 0; i < ENTRIES; i++) {

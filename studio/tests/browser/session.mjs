@@ -1,16 +1,21 @@
 // A Studio with a page in Chromium, and what a person does at it.
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
-import { mkdirSync, writeFileSync } from 'node:fs';
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import { createConnection, createServer } from 'node:net';
 import { join } from 'node:path';
 import { launch } from './chromium.mjs';
 
 export const wait = ms => new Promise(done => setTimeout(done, ms));
 
+// Where the Studios of a test find each other, and no others.
+const runtime = mkdtempSync(join(tmpdir(), 'actuator-runtime-'));
+process.on('exit', () => rmSync(runtime, { recursive: true, force: true }));
+
 // Starts a program; resolves with the first match of its standard output.
 export const start = async (program, args, ready) => {
-  const child = spawn(program, args, { stdio: ['ignore', 'pipe', 'pipe'] });
+  const child = spawn(program, args, { stdio: ['ignore', 'pipe', 'pipe'], env: { ...process.env, XDG_RUNTIME_DIR: runtime } });
   const ended = new Promise(done => child.once('exit', done));
   const log = [];
   child.stderr.setEncoding('utf8').on('data', text => log.push(text));

@@ -109,6 +109,7 @@ try {
 
   // Parameters: refused with the actuator's words, changed, saved, undone, written and compared.
   await page.show('parameters');
+  await page.fill('#which', 1);
   await page.until("document.querySelectorAll('#view-parameters tbody tr').length > 250");
   const row = "document.getElementById('o-607D:1')";
   const enter = value => page.evaluate(`(() => { const i = ${row}.querySelector('input'); i.value = '${value}'; i.dispatchEvent(new Event('change')); })()`);
