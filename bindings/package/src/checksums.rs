@@ -13,17 +13,27 @@ const NAME: &str = "SHA256SUMS";
 
 /// Writes the checksums of all files below a folder.
 pub fn write(folder: &Path) -> Result<(), Error> {
-    let mut files = Vec::new();
-    collect(folder, &mut files)?;
-    files.sort();
     let mut text = String::new();
-    for path in files {
-        let bytes = fs::read(&path).map_err(at(&path))?;
+    for path in files(folder)? {
         let name = path.strip_prefix(folder).unwrap_or(&path);
-        text += &format!("{:x}  {}\n", Sha256::digest(&bytes), name.display());
+        text += &format!("{}  {}\n", sum(&path)?, name.display());
     }
     let place = folder.join(NAME);
     fs::write(&place, text).map_err(at(&place))
+}
+
+/// All files below a folder but that of the checksums, in the order of their names.
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let mut files = Vec::new();
+    collect(folder, &mut files)?;
+    files.sort();
+    Ok(files)
+}
+
+/// The checksum of a file in hexadecimal digits.
+pub fn sum(path: &Path) -> Result<String, Error> {
+    let bytes = fs::read(path).map_err(at(path))?;
+    Ok(format!("{:x}", Sha256::digest(&bytes)))
 }
 
 fn collect(folder: &Path, files: &mut Vec<PathBuf>) -> Result<(), Error> {

@@ -1,5 +1,6 @@
 //! `cargo run --release --bin package -- [--out FOLDER] [PART...]`: everything that a release has,
-//! in the folder `dist`, with release notes and checksums.
+//! in the folder `dist`, with release notes, checksums, and a page that says
+//! which file is for whom.
 //!
 //! Programs and libraries for Linux are linked by zig against glibc 2.17 (2014), so that they run
 //! on older systems than the one that builds them. zig and maturin come from the package index of
@@ -11,6 +12,7 @@ mod boards;
 mod c_library;
 mod checksums;
 mod components;
+mod downloads;
 mod error;
 mod evidence;
 mod pages;
@@ -23,6 +25,7 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::ExitCode,
+    time::Instant,
 };
 
 use clap::{Parser, ValueEnum};
@@ -35,7 +38,7 @@ struct Options {
     /// The folder of the release [default: dist]
     #[arg(long, value_name = "FOLDER")]
     out: Option<PathBuf>,
-    /// What is made; everything unless given
+    /// What is made; everything for this system unless given
     #[arg(value_name = "PART")]
     parts: Vec<Part>,
 }
@@ -51,6 +54,10 @@ enum Part {
     Wheel,
     /// The program `actuator`, and FMUs
     Program,
+    /// The program for any Linux, without a library of the system
+    Static,
+    /// The program for Windows
+    Windows,
     /// The report, and the script for pages of others
     Pages,
     /// The programs of the boards
@@ -60,12 +67,19 @@ enum Part {
 }
 
 impl Part {
+    /// Whether it is for another system than that of the tests, and made on request only.
+    fn is_for_another_system(self) -> bool {
+        matches!(self, Self::Static | Self::Windows)
+    }
+
     fn make(self, tools: &Tools, out: &Path) -> Result<(), Error> {
         match self {
             Self::Documents => documents(out),
             Self::C => c_library::make(tools, out),
             Self::Wheel => wheel::make(tools, out),
             Self::Program => program::make(tools, out),
+            Self::Static => program::make_static(tools, out),
+            Self::Windows => program::make_windows(tools, out),
             Self::Pages => pages::make(tools, out),
             Self::Boards => boards::make(tools, out),
             Self::Components => components::make(tools, out),
@@ -98,15 +112,21 @@ fn run(options: Options) -> Result<(), Error> {
         .out
         .unwrap_or_else(|| cross_build::workspace().join("dist"));
     let parts = if options.parts.is_empty() {
-        Part::value_variants().to_vec()
+        let all = Part::value_variants().iter().copied();
+        all.filter(|part| !part.is_for_another_system()).collect()
     } else {
         options.parts
     };
     fs::create_dir_all(&out).map_err(at(&out))?;
     let out = fs::canonicalize(&out).map_err(at(&out))?;
     let tools = Tools::ready()?;
-    for part in &parts {
-        println!("-- {part:?}");
+    let begin = Instant::now();
+    for (number, part) in (1..).zip(&parts) {
+        let seconds = begin.elapsed().as_secs();
+        println!(
+            "-- {number} of {}, after {seconds} s: {part:?}",
+            parts.len()
+        );
         part.make(&tools, &out)?;
     }
     let changes = cross_build::workspace().join("CHANGELOG.md");
@@ -118,6 +138,7 @@ fn run(options: Options) -> Result<(), Error> {
         println!("unverified: the release notes list the stale experiments");
     }
     release_notes::write(&changes, is_made.then_some(&boards), stale.as_deref(), &out)?;
+    downloads::write(&out)?;
     checksums::write(&out)?;
     println!("{}", out.display());
     Ok(())

@@ -1,4 +1,5 @@
-//! The program `actuator`, with the libraries of its FMUs inside, and the FMUs.
+//! The program `actuator`, with the libraries of its FMUs inside, and the FMUs; and the same program
+//! for other systems.
 
 use std::{
     env,
@@ -9,7 +10,7 @@ use std::{
 use crate::{
     copy,
     error::{Error, at},
-    tools::{LINUX, Tools, WINDOWS, run},
+    tools::{LINUX, MUSL, Tools, WINDOWS, run},
 };
 
 /// The FMUs with the options that `actuator fmu` makes them by.
@@ -28,17 +29,7 @@ pub fn place(out: &Path) -> PathBuf {
 
 /// Makes the program and the FMUs.
 pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
-    let library = ["-p", "actuator-fmu", "--lib", "--crate-type", "cdylib"];
-    let linux = tools.build(LINUX, &library, &[], &[])?;
-    let windows = tools.build(WINDOWS, &library, &[], &[])?;
-    let libraries = [
-        linux.join("libactuator_fmu.so"),
-        windows.join("actuator_fmu.dll"),
-    ];
-    let libraries = env::join_paths(&libraries).unwrap_or_default();
-    let program = ["-p", "actuator", "--bin", "actuator", "--features=formats"];
-    let variables = [("ACTUATOR_FMU_LIBRARIES", Path::new(&libraries))];
-    let built = tools.build(LINUX, &program, &[], &variables)?;
+    let built = build(tools, LINUX)?;
     copy(&built.join("actuator"), &place(out))?;
     for version in ["2", "3"] {
         let folder = out.join(format!("fmi{version}"));
@@ -51,4 +42,32 @@ pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
         }
     }
     Ok(())
+}
+
+/// Makes the program for any Linux of this processor, which needs no library of the system.
+pub fn make_static(tools: &Tools, out: &Path) -> Result<(), Error> {
+    let built = build(tools, MUSL)?;
+    copy(&built.join("actuator"), &out.join("actuator-static"))
+}
+
+/// Makes the program for Windows.
+pub fn make_windows(tools: &Tools, out: &Path) -> Result<(), Error> {
+    let built = build(tools, WINDOWS)?;
+    copy(&built.join("actuator.exe"), &out.join("actuator.exe"))
+}
+
+/// Builds the program for a target, with the libraries of FMUs for Linux and Windows.
+fn build(tools: &Tools, target: &str) -> Result<PathBuf, Error> {
+    let library = ["-p", "actuator-fmu", "--lib", "--crate-type", "cdylib"];
+    let linux = tools.build(LINUX, &library, &[], &[])?;
+    let windows = tools.build(WINDOWS, &library, &[], &[])?;
+    let libraries = [
+        linux.join("libactuator_fmu.so"),
+        windows.join("actuator_fmu.dll"),
+    ];
+    // The separator is that of this computer, on which the build script reads it.
+    let libraries = env::join_paths(&libraries).unwrap_or_default();
+    let program = ["-p", "actuator", "--bin", "actuator", "--features=formats"];
+    let variables = [("ACTUATOR_FMU_LIBRARIES", Path::new(&libraries))];
+    tools.build(target, &program, &[], &variables)
 }

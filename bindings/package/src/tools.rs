@@ -3,7 +3,7 @@
 use std::{
     env,
     ffi::OsString,
-    io,
+    io::{self, IsTerminal as _},
     path::{Path, PathBuf},
     process::{Command, ExitStatus, Stdio},
 };
@@ -26,6 +26,9 @@ pub const GLIBC: &str = "2.17";
 
 /// The target of Windows.
 pub const WINDOWS: &str = "x86_64-pc-windows-gnu";
+
+/// The target of Linux with musl: its programs need no library of the system.
+pub const MUSL: &str = "x86_64-unknown-linux-musl";
 
 /// An environment of Python with the tools.
 pub struct Tools {
@@ -81,6 +84,7 @@ impl Tools {
         flags: &[&str],
         variables: &[(&str, &Path)],
     ) -> Result<PathBuf, Error> {
+        println!("   for {triple}: {}", arguments.join(" "));
         cross_build::add_target(triple)?;
         let linked = match triple {
             LINUX => format!("{LINUX}.{GLIBC}"),
@@ -88,8 +92,9 @@ impl Tools {
         };
         let mut command = self.command("cargo-zigbuild");
         command
-            .args(["rustc", "--quiet", "--locked", "--release", "--target"])
+            .args(["rustc", "--locked", "--release", "--target"])
             .arg(linked)
+            .args(quiet())
             .args(arguments)
             .envs(variables.iter().copied())
             .arg("--");
@@ -99,6 +104,11 @@ impl Tools {
         run(&mut command)?;
         Ok(target().join(triple).join("release"))
     }
+}
+
+/// The compilers show their progress on a terminal only.
+pub fn quiet() -> Option<&'static str> {
+    (!io::stderr().is_terminal()).then_some("--quiet")
 }
 
 /// The folder of what is built.
