@@ -138,7 +138,7 @@ mod reader {
         }
         let is_usual = values.iter().any(|(name, _)| names::is_usual(name));
         is_usual.then_some(Row {
-            time_s: since_ns as f64 * 1e-9,
+            time_s: since_ns as f64 / 1e9,
             message,
             values,
         })

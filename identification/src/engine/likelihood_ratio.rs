@@ -10,13 +10,10 @@
 
 use super::nested::NestedStart;
 use super::outcome;
-use crate::experiment::Experiment;
-use crate::experiment_fit::ExperimentFit;
 use crate::levenberg::{Found, Limits, search};
 use crate::model::ActiveLimit;
 use crate::normal::{cost, normal};
 use crate::problem::Problem;
-use crate::statistics::Correlations;
 use crate::statistics::distributions::chi_squared_exceeds;
 use crate::unknowns::Unknowns;
 
@@ -93,23 +90,6 @@ fn freedom(problem: &Problem, unknowns: &Unknowns) -> f64 {
     samples.saturating_sub(unknowns.list.len()).max(1) as f64
 }
 
-/// Independent residuals less unknowns: those of a model that lacks dynamics are correlated, and a
-/// model that has more parameters by chance fits them as well.
-fn independent(problem: &Problem, unknowns: &Unknowns, found: &Found) -> f64 {
-    let fits = outcome::fits(problem, unknowns, &found.point);
-    let runs = problem.experiments.iter().zip(fits);
-    let of_run = |(run, fit): (&Experiment, ExperimentFit)| {
-        let recording = &run.recording;
-        Correlations::of(&recording.time_s, &fit.residual_deg, &recording.command_deg)
-            .map_or(0.0, |c| c.effective_samples)
-    };
-    let independent: f64 = runs.map(of_run).sum();
-    match independent > 0.0 {
-        true => (independent - unknowns.list.len() as f64).max(1.0),
-        false => freedom(problem, unknowns),
-    }
-}
-
 /// The optimum, or that of the best nested model with its name, if the fit is not significantly
 /// better.
 pub fn reduced_to_nested(
@@ -128,7 +108,7 @@ pub fn reduced_to_nested(
     let Some((simple, name, beyond, nested)) = cases.min_by(|a, b| a.0.total_cmp(&b.0)) else {
         return (found, None);
     };
-    let worse = (simple - found.cost) * independent(problem, unknowns, &found) / found.cost;
+    let worse = (simple - found.cost) * freedom(problem, unknowns) / found.cost;
     let is_by_chance =
         chi_squared_exceeds(worse, beyond as f64) > chi_squared_exceeds(ACCIDENT, 1.0);
     if !is_by_chance {
