@@ -1,12 +1,15 @@
 //! One axis: state machine, modes of operation and monitoring.
 
+mod homing;
 mod report;
 
+use super::homing::Homing;
 use super::set_point::SetPoints;
+use super::smooth::SmoothProfile;
 use super::window::HoldTimer;
 use super::{
     Cia402State, Conditions, Deceleration, Fault, Limits, Mode, Motion, Parameters, Ramp,
-    StateMachine,
+    StateMachine, controlword,
 };
 
 /// Input of an axis in each control period.
@@ -26,10 +29,12 @@ pub struct Input {
     pub is_new_position: bool,
     /// 60FFh or 60B1h was written since the last period, by whatever value.
     pub is_new_velocity: bool,
-    /// Position actual value 6064h.
+    /// Position by the encoder: the position actual value 6064h less [`Output::origin`].
     pub position_actual: i32,
     /// Velocity actual value 606Ch.
     pub velocity_actual: i32,
+    /// Motor current, in any unit; homing on a hard stop compares it.
+    pub current_actual: i32,
     /// The fault that is present now.
     pub fault: Fault,
     /// The power stage has its supply voltage.
@@ -51,6 +56,7 @@ impl Default for Input {
             is_new_velocity: false,
             position_actual: 0,
             velocity_actual: 0,
+            current_actual: 0,
             fault: Fault::None,
             voltage: true,
             initialised: true,
@@ -85,6 +91,9 @@ pub struct Output {
     pub mode_display: Mode,
     /// Demand for the control loops.
     pub demand: Demand,
+    /// The position at which the encoder is at 0, by [`Axis::starting_from`] and by homing: what
+    /// position demand and position actual value have beyond it.
+    pub origin: i32,
     /// Following error actual value 60F4h; 0 in velocity modes.
     pub following_error: i32,
     /// The following error exceeded its window for longer than its time-out: error code 8611h. The
@@ -104,6 +113,9 @@ pub struct Axis {
     machine: StateMachine,
     ramp: Ramp,
     set_points: SetPoints,
+    smooth: Option<SmoothProfile>,
+    homing: Homing,
+    origin: i32,
     mode: Option<Mode>,
     /// A target has been written since the mode started.
     has_target: bool,
@@ -146,21 +158,33 @@ impl Axis {
         Self::default()
     }
 
+    /// At power-on, with the position at which the encoder is at 0.
+    #[must_use]
+    pub fn starting_from(origin: i32) -> Self {
+        Self {
+            origin,
+            ..Self::default()
+        }
+    }
+
     /// State of the drive state machine.
     #[must_use]
     pub const fn state(&self) -> Cia402State {
         self.machine.state()
     }
 
-    /// Sets the demand to a position and velocity, and restarts the mode: for when a source other
+    /// Sets the demand to a position of the encoder and a velocity, and restarts the mode: for when a source other
     /// than this axis moves the motor.
     pub fn reset_demand(&mut self, position: i32, velocity: i32) {
-        self.ramp = Ramp::moving(position, velocity);
+        self.ramp = Ramp::moving(position.saturating_add(self.origin), velocity);
         self.mode = None;
     }
 
     /// One control period.
-    pub fn step(&mut self, input: &Input, parameters: &Parameters) -> Output {
+    pub fn step(&mut self, mut input: Input, parameters: &Parameters) -> Output {
+        input.position_actual = input.position_actual.saturating_add(self.origin);
+        let input = &input;
+        let origin = self.origin;
         if !input.mode.is_position() {
             // The first position mode after this one starts from the actual position.
             self.ramp.set_position(input.position_actual);
@@ -211,7 +235,9 @@ impl Axis {
         if !input.mode.is_position() {
             result.limited |= self.approach_limits(input, parameters);
         }
-        self.report(input, parameters, motion, result)
+        let moved = self.origin.wrapping_sub(origin);
+        let actual = input.position_actual.saturating_add(moved);
+        self.report(actual, input, parameters, motion, result)
     }
 
     /// Whether a stop is over: the demand is stationary, and so is the motor, for the time of the
@@ -226,6 +252,7 @@ impl Axis {
     fn start_stop(&mut self, input: &Input, parameters: &Parameters) {
         let ahead = (self.ramp.position()).saturating_sub(input.position_actual);
         // The measured velocity lags behind: a motion that has just begun goes to the demand.
+        self.homing.interrupt();
         self.stop_direction = if moves(input, parameters) {
             input.velocity_actual.signum()
         } else {
@@ -264,6 +291,7 @@ impl Axis {
     /// With the power stage off the position demand follows the actual position.
     fn track_actual_position(&mut self, input: &Input) {
         self.ramp = Ramp::at(input.position_actual);
+        self.homing.interrupt();
         self.mode = None;
     }
 
@@ -276,6 +304,7 @@ impl Axis {
         self.has_target = false;
         self.set_points
             .restart(self.ramp.position(), input.controlword);
+        self.homing.restart(input.controlword);
         self.command = self.ramp.position();
         self.steps = 0;
         self.mode = Some(input.mode);
@@ -316,9 +345,16 @@ impl Axis {
         match input.mode {
             Mode::ProfilePosition => self.profile_position(input, parameters),
             Mode::ProfileVelocity => self.profile_velocity(input, parameters),
+            Mode::Homing => self.home(input, parameters),
+            Mode::InterpolatedPosition if self.interpolates(input) => {
+                self.cyclic_position(input, parameters)
+            }
             Mode::CyclicPosition if self.has_target => self.cyclic_position(input, parameters),
             Mode::CyclicVelocity if self.has_target => self.cyclic_velocity(input, parameters),
-            Mode::None | Mode::CyclicPosition | Mode::CyclicVelocity => {
+            Mode::None
+            | Mode::InterpolatedPosition
+            | Mode::CyclicPosition
+            | Mode::CyclicVelocity => {
                 if !self.ramp.is_stationary() {
                     self.decelerate(Deceleration::SlowDown, parameters);
                 }
@@ -328,6 +364,12 @@ impl Axis {
                 }
             }
         }
+    }
+
+    /// Whether bit 4 enables the interpolation, and there is a point.
+    fn interpolates(&mut self, input: &Input) -> bool {
+        self.has_target &= input.controlword & controlword::INTERPOLATE != 0;
+        self.has_target
     }
 
     fn profile_velocity(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
@@ -378,9 +420,13 @@ impl Axis {
     }
 
     fn profile_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
-        let requested = self
-            .set_points
-            .step(input.controlword, input.target_position, parameters);
+        let present = (self.ramp.position(), input.position_actual);
+        let requested = (self.set_points).step(
+            input.controlword,
+            input.target_position,
+            present,
+            parameters,
+        );
         // Without a set-point the axis stays where the mode started, be it beyond the limits.
         let (target, limited) = if self.set_points.is_empty() {
             (requested, false)
@@ -388,11 +434,19 @@ impl Axis {
             parameters.within_position_limits(requested)
         };
         let limits = parameters.profile(parameters.profile_velocity);
-        let mut ended = self.ramp.to_position(target, &limits, parameters.period_us);
+        let period_us = parameters.period_us;
+        let mut ended = if parameters.smoothing > 1 {
+            let target = (target, parameters.smoothing);
+            let (smooth, ramp) = (&mut self.smooth, &mut self.ramp);
+            SmoothProfile::advance(smooth, ramp, target, &limits, period_us)
+        } else {
+            self.smooth = None;
+            self.ramp.to_position(target, &limits, period_us)
+        };
         // The next set-point waits for the motor, which may come to rest outside the window.
         let waits = ended && self.set_points.has_next();
         let arrival_ms = (parameters.position_window_time_ms).saturating_add(ARRIVAL_MS);
-        let is_late = (self.arrival_timer).step(waits, arrival_ms, parameters.period_us);
+        let is_late = (self.arrival_timer).step(waits, arrival_ms, period_us);
         if ended && (!waits || self.is_reached || is_late) {
             self.set_points.reached();
             ended = !waits;

@@ -54,7 +54,7 @@ impl Drive<'_> {
         });
     }
 
-    fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {
+    pub(super) fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {
         use ObjectValue::{GearRatio, InductanceH, ResistanceOhm, TorqueConstantNmA};
         use ObjectValue::{HousingAmbientKW, HousingTimeS, WindingHousingKW, WindingTimeS};
         use ObjectValue::{Signal1, Signal2, Signal3, Signal4, Signal5, Signal6, Signal7, Signal8};
