@@ -104,7 +104,7 @@ impl Default for Parameters {
 
 impl Parameters {
     /// Most control periods of [`Parameters::smoothing`].
-    pub const MOST_SMOOTHING: u8 = 25;
+    pub const MOST_SMOOTHING: u8 = 20;
 
     /// Limits of a motion profile.
     pub(super) fn profile(&self, velocity: u32) -> Limits {

@@ -6,7 +6,7 @@
 //! floating point and no drift.
 
 /// Position increments per unit.
-const UNIT: i64 = 1_000_000;
+pub(super) const UNIT: i64 = 1_000_000;
 /// Velocity increments per unit per second.
 const UNIT_PER_S: i64 = 1_000;
 /// Longest period: |velocity| <= 2^31 * 1000, times this period, is below 2^63.

@@ -4,14 +4,14 @@
 //! the jerk `a/T`. It keeps the limits of velocity and acceleration, cannot overshoot, and ends `T`
 //! after the trapezoidal profile.
 
-use super::ramp::divide;
+use super::ramp::{UNIT, divide};
 use super::{Limits, Parameters, Ramp};
 
-/// The trapezoidal profile and its last positions, in millionths of a unit.
+/// The trapezoidal profile and its last positions, rounded to whole units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct SmoothProfile {
     profile: Ramp,
-    last: [i64; Parameters::MOST_SMOOTHING as usize],
+    last: [i32; Parameters::MOST_SMOOTHING as usize],
     /// Demands of the mean, and the position of the oldest.
     count: u8,
     oldest: u8,
@@ -29,7 +29,7 @@ impl SmoothProfile {
         let mut last = [0; Parameters::MOST_SMOOTHING as usize];
         let newest = motion.fine_position() + ahead;
         for (place, age) in last.iter_mut().zip((0..i64::from(count)).rev()) {
-            *place = newest - age * step;
+            *place = motion.at_fine(newest - age * step).position();
         }
         Self {
             profile: motion.at_fine(newest),
@@ -52,7 +52,7 @@ impl SmoothProfile {
         let continued = smooth.filter(|it| it.mean == *motion && it.count == count);
         let mut next = continued.unwrap_or_else(|| Self::of(*motion, count, period_us));
         let is_reached = next.profile.to_position(target, limits, period_us);
-        let place = next.profile.fine_position();
+        let place = next.profile.position();
         if let Some(oldest) = next.last.get_mut(usize::from(next.oldest)) {
             *oldest = place;
         }
@@ -62,9 +62,10 @@ impl SmoothProfile {
             0
         };
         let in_use = || next.last.iter().take(usize::from(next.count));
-        // Below 25 times 2^31 times 10^6.
-        let sum: i64 = in_use().sum();
-        motion.follow(divide(sum, u32::from(next.count)), period_us);
+        // Below 20 times 2^31 times 10^6.
+        let sum: i64 = in_use().map(|place| i64::from(*place)).sum();
+        let mean = divide(sum * UNIT, u32::from(next.count));
+        motion.follow(mean, period_us);
         let has_ended = is_reached && in_use().all(|it| *it == place);
         next.mean = *motion;
         *smooth = Some(next);

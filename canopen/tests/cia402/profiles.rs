@@ -44,7 +44,7 @@ fn a_mean_limits_the_jerk_and_takes_its_own_time_longer() {
     // 300 deg/s, 3000 deg/s^2, and that within a period: by the rounding of a demand.
     assert_eq!((velocity, acceleration), (1_200, 48));
     assert!(jerk >= 48);
-    for periods in [2_u8, 10, 25] {
+    for periods in [2_u8, 10, 20] {
         let smooth = demands(periods);
         let [velocity, acceleration, jerk] = greatest(&smooth);
         assert!(
@@ -56,7 +56,10 @@ fn a_mean_limits_the_jerk_and_takes_its_own_time_longer() {
         assert!(jerk <= limit, "{periods}: {jerk}");
         // The last period of the trapezoidal profile may be one without a way.
         let longer = smooth.len() - trapezoidal.len();
-        assert!((1..=2).contains(&(usize::from(periods) - longer)), "{longer}");
+        assert!(
+            (1..=2).contains(&(usize::from(periods) - longer)),
+            "{longer}"
+        );
         assert!(smooth.is_sorted(), "no overshoot");
     }
 }
@@ -64,7 +67,7 @@ fn a_mean_limits_the_jerk_and_takes_its_own_time_longer() {
 #[test]
 fn a_smooth_motion_stops_resumes_and_changes_its_target_without_a_step() {
     let mut bench = Bench::enabled(Mode::ProfilePosition);
-    bench.parameters.smoothing = 20;
+    bench.parameters.smoothing = 15;
     bench.input.target_position = 50_000;
     bench.command(NEW);
     let mut places = vec![];
