@@ -2,6 +2,7 @@
 
 mod homing;
 mod limits;
+mod model;
 mod modes;
 mod profiles;
 mod random;
