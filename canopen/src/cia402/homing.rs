@@ -123,16 +123,31 @@ pub(super) enum Phase {
     /// Not started since the mode began.
     #[default]
     Idle,
-    /// On the way to a hard stop.
-    ToStop(Direction),
-    /// On the way to this position of an index.
-    ToIndex(i32),
+    /// On the way.
+    Searching(Search),
     /// The home position is found.
     Attained,
     /// A stop, or the falling edge of bit 4.
     Interrupted,
     /// There is no hard stop, or one before the index.
     Failed,
+}
+
+/// What is searched for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Goal {
+    /// A hard stop.
+    Stop(Direction),
+    /// An index, at this position.
+    Index(i32),
+}
+
+/// A search, with the place where the motor stands, and for how long.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Search {
+    pub goal: Goal,
+    place: i32,
+    standing: HoldTimer,
 }
 
 /// State of homing.
@@ -142,9 +157,6 @@ pub(super) struct Homing {
     /// The home position was found since the start of the axis.
     is_homed: bool,
     bit: bool,
-    /// Where the motor stands, and for how long.
-    place: i32,
-    standing: HoldTimer,
 }
 
 /// What a motor meets that does not turn.
@@ -159,24 +171,19 @@ pub(super) enum Resistance {
 }
 
 impl Homing {
-    /// The mode begins, or its axis is not powered.
+    /// The mode begins.
     pub fn restart(&mut self, word: u16) {
         self.bit = word & START_HOMING != 0;
-        self.phase = match (self.is_homed, self.is_running()) {
-            (_, true) => Phase::Interrupted,
-            (true, _) => Phase::Attained,
-            (false, _) => Phase::Idle,
+        self.phase = match (self.phase, self.is_homed) {
+            (Phase::Searching(_), _) => Phase::Interrupted,
+            (_, true) => Phase::Attained,
+            (_, false) => Phase::Idle,
         };
-    }
-
-    /// Whether the axis moves to find the home position.
-    pub const fn is_running(&self) -> bool {
-        matches!(self.phase, Phase::ToStop(_) | Phase::ToIndex(_))
     }
 
     /// A stop interrupts.
     pub fn interrupt(&mut self) {
-        if self.is_running() {
+        if matches!(self.phase, Phase::Searching(_)) {
             self.phase = Phase::Interrupted;
         }
     }
@@ -190,16 +197,21 @@ impl Homing {
         self.bit && !before
     }
 
-    /// Begins a phase at this position.
-    pub fn begin(&mut self, phase: Phase, position: i32) {
-        (self.phase, self.place) = (phase, position);
-        self.standing = HoldTimer::default();
+    /// Begins a search at this position.
+    pub fn search(&mut self, goal: Goal, position: i32) {
+        self.phase = Phase::Searching(Search {
+            goal,
+            place: position,
+            standing: HoldTimer::default(),
+        });
     }
 
     pub fn attain(&mut self) {
         (self.phase, self.is_homed) = (Phase::Attained, true);
     }
+}
 
+impl Search {
     /// Whether the motor stands against something, by its position, the distance to the demand and
     /// its current.
     pub fn resistance(

@@ -27,8 +27,8 @@ impl SetPoints {
         };
     }
 
-    /// Evaluates the controlword and target position 607Ah, with position demand and actual position;
-    /// returns the active target.
+    /// Evaluates the controlword and target position 607Ah, with position demand and actual
+    /// position; returns the active target.
     pub fn step(
         &mut self,
         word: u16,

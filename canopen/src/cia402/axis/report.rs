@@ -7,7 +7,6 @@ use crate::cia402::{Mode, Motion, Parameters, controlword, statusword};
 impl Axis {
     pub(super) fn report(
         &mut self,
-        position_actual: i32,
         input: &Input,
         parameters: &Parameters,
         motion: Motion,
@@ -17,7 +16,7 @@ impl Axis {
         let powered = motion != Motion::Off;
         let position = self.ramp.position();
         let error = if powered && position_mode {
-            position.saturating_sub(position_actual)
+            position.saturating_sub(input.position_actual)
         } else {
             0
         };
@@ -30,10 +29,12 @@ impl Axis {
         let mut set = |bit: u16, on: bool| word |= if on { bit } else { 0 };
         set(statusword::VOLTAGE_ENABLED, input.voltage);
         set(statusword::INTERNAL_LIMIT, result.limited);
-        let is_homing = input.mode == Mode::Homing;
-        set(statusword::FOLLOWING_ERROR, exceeded && !is_homing);
-        let has_failed = is_homing && self.homing.phase == Phase::Failed;
-        set(statusword::HOMING_ERROR, has_failed);
+        // The same bit.
+        let has_failed = match input.mode {
+            Mode::Homing => matches!(self.homing.phase, Phase::Failed),
+            _ => exceeded,
+        };
+        set(statusword::FOLLOWING_ERROR, has_failed);
         let (reached, mode_12) = self.mode_bits(input, parameters, motion, result);
         set(statusword::TARGET_REACHED, reached);
         set(statusword::MODE_12, mode_12);
@@ -85,7 +86,7 @@ impl Axis {
             Mode::Homing => match self.homing.phase {
                 // Before its first start bit 10 is not set, as in its course: a client that reads
                 // the word of before the start does not take it for an interruption.
-                Phase::Idle | Phase::ToStop(_) | Phase::ToIndex(_) => (false, false),
+                Phase::Idle | Phase::Searching(_) => (false, false),
                 Phase::Attained => (self.ramp.is_stationary(), true),
                 Phase::Interrupted | Phase::Failed => (zero, false),
             },
