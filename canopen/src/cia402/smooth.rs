@@ -22,7 +22,7 @@ pub(super) struct SmoothProfile {
 impl SmoothProfile {
     /// Continues a motion at its present velocity.
     fn of(motion: Ramp, count: u8, period_us: u32) -> Self {
-        let count = count.min(Parameters::MOST_SMOOTHING).max(1);
+        let count = count.clamp(1, Parameters::MOST_SMOOTHING);
         let step = motion.fine_step(period_us);
         // The mean lags behind the profile by half of its periods.
         let ahead = step * i64::from(count - 1) / 2;
@@ -42,6 +42,9 @@ impl SmoothProfile {
 
     /// Advances a motion one period toward a position, as [`Ramp::to_position`] does; returns
     /// whether it is reached. A motion that something else has moved meanwhile goes on from there.
+    ///
+    /// Not inlined: a trapezoidal profile does not pay for it.
+    #[inline(never)]
     pub fn advance(
         smooth: &mut Option<Self>,
         motion: &mut Ramp,

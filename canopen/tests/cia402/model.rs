@@ -25,7 +25,7 @@ struct Random(u64);
 impl Random {
     fn below(&mut self, end: u32) -> u32 {
         self.0 = (self.0.wrapping_mul(6_364_136_223_846_793_005)).wrapping_add(1);
-        ((self.0 >> 32) * u64::from(end) >> 32) as u32
+        (((self.0 >> 32) * u64::from(end)) >> 32) as u32
     }
 
     fn one_of<T: Copy>(&mut self, all: &[T]) -> T {

@@ -112,7 +112,7 @@ impl Serving {
 
 /// Sends the faults of a file until its end, and reports lines that are none. The file is opened
 /// here: that of a pipe waits for its writer.
-pub(super) fn read_faults<F: FromStr<Err: Display>>(path: &Path, to: &Sender<F>) {
+pub(super) fn read_faults<F: Copy + FromStr<Err: Display>>(path: &Path, to: &Sender<F>) {
     let is_standard = path == Path::new("-");
     let file: io::Result<Box<dyn io::Read>> = if is_standard {
         Ok(Box::new(io::stdin()))

@@ -33,8 +33,8 @@ impl Drive<'_> {
         use super::measured::signed;
         let commands = self.messages.commands.unverified().newest();
         let sign = Polarity::of(&self.values);
-        let position = |mdeg: i32| signed(mdeg.saturating_mul(sign.position));
-        let velocity = |mdeg_s: i32| signed(mdeg_s.saturating_mul(sign.velocity));
+        let position = |mdeg: i32| signed(mdeg.wrapping_mul(sign.position));
+        let velocity = |mdeg_s: i32| signed(mdeg_s.wrapping_mul(sign.velocity));
         match command {
             DriveCommand::CommandSource => self.selected_source() as u64,
             DriveCommand::ExcitationControl => self.measured(Measured::ExcitationStatus),

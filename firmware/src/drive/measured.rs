@@ -59,15 +59,15 @@ impl Drive<'_> {
     pub(super) fn measured(&self, value: Measured) -> u64 {
         let (t, motion) = (&self.outputs.telemetry, &self.outputs.motion);
         let board = &self.diagnostics;
-        let sign = Polarity::of(&self.values);
-        let position = |mdeg: i32| signed(mdeg.saturating_mul(sign.position));
-        let velocity = |mdeg_s: i32| signed(mdeg_s.saturating_mul(sign.velocity));
+        let sign = || Polarity::of(&self.values);
+        let position = |mdeg: i32| signed(mdeg.wrapping_mul(sign().position));
+        let velocity = |mdeg_s: i32| signed(mdeg_s.wrapping_mul(sign().velocity));
         match value {
             Measured::PositionMdeg => signed(self.position_mdeg()),
             Measured::EncoderIncrements => signed(increments(thousandths(t.angle))),
             Measured::VelocityMdegS => velocity(t.velocity_mdeg_s),
             Measured::CompactAngle => short(self.position_mdeg() / 10),
-            Measured::CompactRate => short(sign.velocity * (thousandths(t.rate) / 100)),
+            Measured::CompactRate => short(sign().velocity * (thousandths(t.rate) / 100)),
             Measured::RateCommandMdegS => velocity(thousandths(t.rate_command)),
             Measured::PositionDemandMdeg => position(motion.position_mdeg),
             Measured::VelocityDemandMdegS => velocity(motion.velocity_mdeg_s),
@@ -137,25 +137,29 @@ impl Drive<'_> {
     fn position_mdeg(&self) -> i32 {
         let (t, motion) = (&self.outputs.telemetry, &self.outputs.motion);
         let of_axis = thousandths(t.angle).saturating_add(motion.origin_mdeg);
-        of_axis.saturating_mul(Polarity::of(&self.values).position)
+        of_axis.wrapping_mul(Polarity::of(&self.values).position)
     }
 
     /// The statusword: "remote" while the bus commands the shaft, and homing in progress as soon as
     /// its start is queued, whatever was attained before.
     pub(super) fn statusword(&self) -> u16 {
-        let (t, status) = (&self.outputs.telemetry, self.outputs.motion.status);
-        let commands = self.messages.commands.unverified();
-        let newest = commands.newest();
-        let starts = newest.control & controlword::START_HOMING != 0
-            && commands.at(self.outputs.taken.command).control & controlword::START_HOMING == 0;
+        let motion = &self.outputs.motion;
         let mut cleared = 0;
-        if newest.mode == Mode::Homing && starts {
+        if motion.mode == Mode::Homing && self.is_homing_requested() {
             cleared = statusword::TARGET_REACHED | statusword::MODE_12 | statusword::HOMING_ERROR;
         }
-        if t.selected_source != CommandSource::Bus {
+        if self.outputs.telemetry.selected_source != CommandSource::Bus {
             cleared |= statusword::REMOTE;
         }
-        status & !cleared
+        motion.status & !cleared
+    }
+
+    /// Whether a start of homing is queued that the loop has not taken.
+    fn is_homing_requested(&self) -> bool {
+        let commands = self.messages.commands.unverified();
+        let taken = commands.at(self.outputs.taken.command);
+        let starts = |control: u16| control & controlword::START_HOMING != 0;
+        starts(commands.newest().control) && !starts(taken.control)
     }
 
     /// Control periods without a servo pulse after which the pulse counts as absent.

@@ -174,9 +174,11 @@ impl<'a> Drive<'a> {
             .wrapping_sub(self.outputs.telemetry.tick);
         self.outputs = *outputs;
         self.post_point(passed);
-        let is_known = outputs.telemetry.present.and(ANGLE_UNKNOWN).is_empty();
-        let angle = is_known.then(|| thousandths(outputs.telemetry.angle));
-        (self.touch_probes).turned(angle, outputs.motion.origin_mdeg);
+        if self.touch_probes.function() != 0 {
+            let is_known = outputs.telemetry.present.and(ANGLE_UNKNOWN).is_empty();
+            let angle = is_known.then(|| thousandths(outputs.telemetry.angle));
+            (self.touch_probes).turned(angle, outputs.motion.origin_mdeg);
+        }
         self.values.homing.origin_mdeg = outputs.motion.origin_mdeg;
         self.service.control_period();
         self.capture.sample(outputs);

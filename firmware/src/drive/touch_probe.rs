@@ -74,6 +74,9 @@ impl TouchProbes {
         if !halves.iter().all(is_possible) {
             return Err(Abort::Value);
         }
+        if self.function() == 0 {
+            self.last_mdeg = None;
+        }
         for (probe, half) in self.probes.iter_mut().zip(halves) {
             probe.set(half);
         }

@@ -47,7 +47,7 @@ impl Axis {
         let met = search.resistance(input.position_actual, lag, current, parameters);
         self.homing.phase = Phase::Searching(search);
         match (search.goal, met) {
-            (Goal::Stop(direction), Resistance::None) => self.to_stop(direction, parameters),
+            (Goal::Stop(direction), Resistance::None) => self.approach_stop(direction, parameters),
             (Goal::Stop(direction), Resistance::Stop) => {
                 self.ramp = Ramp::at(input.position_actual);
                 if matches!(parameters.homing.method, HomingMethod::Stop(_)) {
@@ -56,7 +56,7 @@ impl Axis {
                     self.search_index(direction.reversed(), input, parameters);
                 }
             }
-            (Goal::Index(index), Resistance::None) => self.to_index(index, input, parameters),
+            (Goal::Index(index), Resistance::None) => self.approach_index(index, input, parameters),
             (_, Resistance::Unknown) | (Goal::Index(_), Resistance::Stop) => {
                 self.ramp = Ramp::at(input.position_actual);
                 self.homing.phase = Phase::Failed;
@@ -64,14 +64,14 @@ impl Axis {
         }
     }
 
-    fn to_stop(&mut self, direction: Direction, parameters: &Parameters) {
+    fn approach_stop(&mut self, direction: Direction, parameters: &Parameters) {
         let limits = limits(parameters, parameters.homing.stop_velocity);
         let fastest = i32::try_from(limits.velocity).unwrap_or(i32::MAX);
         let velocity = fastest.saturating_mul(direction as i32);
         (self.ramp).to_velocity(velocity, &limits, parameters.period_us);
     }
 
-    fn to_index(&mut self, index: i32, input: &mut Input, parameters: &Parameters) {
+    fn approach_index(&mut self, index: i32, input: &mut Input, parameters: &Parameters) {
         let limits = limits(parameters, parameters.homing.index_velocity);
         let ended = (self.ramp).to_position(index, &limits, parameters.period_us);
         if ended && input.position_actual.abs_diff(index) <= parameters.position_window {
