@@ -15,6 +15,10 @@
 //! Each entry has the number of its line: `location` finds the location of an entry by it, and the
 //! drive matches on that.
 
+#[allow(
+    clippy::large_const_arrays,
+    reason = "read when the program is built alone, into the statics below"
+)]
 mod table {
     include!(concat!(env!("OUT_DIR"), "/table.rs"));
 }

@@ -236,6 +236,8 @@ pub struct Motion {
     pub velocity_mdeg_s: i32,
     /// The demanded position minus the measured one, mdeg; 0 in velocity modes.
     pub following_error_mdeg: i32,
+    /// The position at which the encoder is at 0, mdeg.
+    pub origin_mdeg: i32,
     /// The axis demands power.
     pub is_powered: bool,
     /// The control bits have the fault reset.
@@ -251,6 +253,7 @@ impl Default for Motion {
             position_mdeg: 0,
             velocity_mdeg_s: 0,
             following_error_mdeg: 0,
+            origin_mdeg: 0,
             is_powered: false,
             resets: false,
         }

@@ -52,7 +52,7 @@ impl Drive {
             device.number(0x607D, 1) as i32,
             device.number(0x607D, 2) as i32,
         );
-        let output = self.axis.step(&input, &parameters(limits));
+        let output = self.axis.step(input, &parameters(limits));
         self.velocity = 0;
         match output.demand {
             Demand::Off => {}

@@ -12,7 +12,7 @@ use crate::{
 const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
 
 /// The groups of stored fields: path, type and content.
-const GROUPS: [Group; 18] = [
+const GROUPS: [Group; 19] = [
     Group::new(
         StorageLocation::Parameters,
         "command",
@@ -114,6 +114,12 @@ const GROUPS: [Group; 18] = [
         "limits",
         "LimitSettings",
         "Limits of torque and current.",
+    ),
+    Group::new(
+        StorageLocation::Values,
+        "homing",
+        "HomingSettings",
+        "Homing, and the origin that it has found.",
     ),
     Group::new(
         StorageLocation::Values,

@@ -1,8 +1,12 @@
 //! One axis: state machine, modes of operation and monitoring.
 
+mod homing;
+mod modes;
 mod report;
 
+use super::homing::Homing;
 use super::set_point::SetPoints;
+use super::smooth::SmoothProfile;
 use super::window::HoldTimer;
 use super::{
     Cia402State, Conditions, Deceleration, Fault, Limits, Mode, Motion, Parameters, Ramp,
@@ -26,10 +30,12 @@ pub struct Input {
     pub is_new_position: bool,
     /// 60FFh or 60B1h was written since the last period, by whatever value.
     pub is_new_velocity: bool,
-    /// Position actual value 6064h.
+    /// Position by the encoder: the position actual value 6064h less [`Output::origin`].
     pub position_actual: i32,
     /// Velocity actual value 606Ch.
     pub velocity_actual: i32,
+    /// Motor current, in any unit; homing on a hard stop compares it.
+    pub current_actual: i32,
     /// The fault that is present now.
     pub fault: Fault,
     /// The power stage has its supply voltage.
@@ -51,6 +57,7 @@ impl Default for Input {
             is_new_velocity: false,
             position_actual: 0,
             velocity_actual: 0,
+            current_actual: 0,
             fault: Fault::None,
             voltage: true,
             initialised: true,
@@ -85,6 +92,9 @@ pub struct Output {
     pub mode_display: Mode,
     /// Demand for the control loops.
     pub demand: Demand,
+    /// The position at which the encoder is at 0, by [`Axis::starting_from`] and by homing: what
+    /// position demand and position actual value have beyond it.
+    pub origin: i32,
     /// Following error actual value 60F4h; 0 in velocity modes.
     pub following_error: i32,
     /// The following error exceeded its window for longer than its time-out: error code 8611h. The
@@ -104,6 +114,9 @@ pub struct Axis {
     machine: StateMachine,
     ramp: Ramp,
     set_points: SetPoints,
+    smooth: Option<SmoothProfile>,
+    homing: Homing,
+    origin: i32,
     mode: Option<Mode>,
     /// A target has been written since the mode started.
     has_target: bool,
@@ -146,21 +159,32 @@ impl Axis {
         Self::default()
     }
 
+    /// At power-on, with the position at which the encoder is at 0.
+    #[must_use]
+    pub fn starting_from(origin: i32) -> Self {
+        Self {
+            origin,
+            ..Self::default()
+        }
+    }
+
     /// State of the drive state machine.
     #[must_use]
     pub const fn state(&self) -> Cia402State {
         self.machine.state()
     }
 
-    /// Sets the demand to a position and velocity, and restarts the mode: for when a source other
-    /// than this axis moves the motor.
+    /// Sets the demand to a position of the encoder and a velocity, and restarts the mode: for when a
+    /// source other than this axis moves the motor.
     pub fn reset_demand(&mut self, position: i32, velocity: i32) {
-        self.ramp = Ramp::moving(position, velocity);
+        self.ramp = Ramp::moving(position.saturating_add(self.origin), velocity);
         self.mode = None;
     }
 
     /// One control period.
-    pub fn step(&mut self, input: &Input, parameters: &Parameters) -> Output {
+    pub fn step(&mut self, mut input: Input, parameters: &Parameters) -> Output {
+        input.position_actual = input.position_actual.saturating_add(self.origin);
+        let input = &mut input;
         if !input.mode.is_position() {
             // The first position mode after this one starts from the actual position.
             self.ramp.set_position(input.position_actual);
@@ -226,6 +250,7 @@ impl Axis {
     fn start_stop(&mut self, input: &Input, parameters: &Parameters) {
         let ahead = (self.ramp.position()).saturating_sub(input.position_actual);
         // The measured velocity lags behind: a motion that has just begun goes to the demand.
+        self.homing.interrupt();
         self.stop_direction = if moves(input, parameters) {
             input.velocity_actual.signum()
         } else {
@@ -264,6 +289,7 @@ impl Axis {
     /// With the power stage off the position demand follows the actual position.
     fn track_actual_position(&mut self, input: &Input) {
         self.ramp = Ramp::at(input.position_actual);
+        self.homing.interrupt();
         self.mode = None;
     }
 
@@ -276,6 +302,7 @@ impl Axis {
         self.has_target = false;
         self.set_points
             .restart(self.ramp.position(), input.controlword);
+        self.homing.restart(input.controlword);
         self.command = self.ramp.position();
         self.steps = 0;
         self.mode = Some(input.mode);
@@ -304,158 +331,8 @@ impl Axis {
             self.mode = None;
         }
     }
-
-    fn run(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
-        if self.mode != Some(input.mode) {
-            self.start_mode(input);
-        } else if input.mode.is_position() {
-            self.has_target |= input.is_new_position;
-        } else {
-            self.has_target |= input.is_new_velocity;
-        }
-        match input.mode {
-            Mode::ProfilePosition => self.profile_position(input, parameters),
-            Mode::ProfileVelocity => self.profile_velocity(input, parameters),
-            Mode::CyclicPosition if self.has_target => self.cyclic_position(input, parameters),
-            Mode::CyclicVelocity if self.has_target => self.cyclic_velocity(input, parameters),
-            Mode::None | Mode::CyclicPosition | Mode::CyclicVelocity => {
-                if !self.ramp.is_stationary() {
-                    self.decelerate(Deceleration::SlowDown, parameters);
-                }
-                ModeResult {
-                    target: self.ramp.position(),
-                    ..ModeResult::default()
-                }
-            }
-        }
-    }
-
-    fn profile_velocity(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
-        let requested = if self.has_target {
-            input.target_velocity
-        } else {
-            0
-        };
-        let (target, limited) = within_max_velocity(requested, parameters);
-        let limits = parameters.profile(u32::MAX);
-        self.ramp.to_velocity(target, &limits, parameters.period_us);
-        ModeResult {
-            limited,
-            target: requested,
-            ..ModeResult::default()
-        }
-    }
-
-    fn cyclic_velocity(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
-        let requested = input.target_velocity.saturating_add(input.velocity_offset);
-        let (target, limited) = within_max_velocity(requested, parameters);
-        self.ramp.set_velocity(target, parameters.period_us);
-        ModeResult {
-            limited,
-            ..ModeResult::default()
-        }
-    }
-
-    /// Limits the velocity demand toward a position limit, in every motion of a velocity mode;
-    /// returns whether it was changed.
-    fn approach_limits(&mut self, input: &Input, parameters: &Parameters) -> bool {
-        let Some((low, high)) = parameters.position_limits else {
-            return false;
-        };
-        let place = i64::from(input.position_actual);
-        let velocity = self.ramp.velocity();
-        let distance = if velocity < 0 {
-            place - i64::from(low)
-        } else {
-            i64::from(high) - place
-        };
-        let fastest = approach_velocity(distance, parameters);
-        let limited = velocity.saturating_abs() > fastest;
-        if limited {
-            self.ramp.limit_velocity(fastest.unsigned_abs());
-        }
-        limited
-    }
-
-    fn profile_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
-        let requested = self
-            .set_points
-            .step(input.controlword, input.target_position, parameters);
-        // Without a set-point the axis stays where the mode started, be it beyond the limits.
-        let (target, limited) = if self.set_points.is_empty() {
-            (requested, false)
-        } else {
-            parameters.within_position_limits(requested)
-        };
-        let limits = parameters.profile(parameters.profile_velocity);
-        let mut ended = self.ramp.to_position(target, &limits, parameters.period_us);
-        // The next set-point waits for the motor, which may come to rest outside the window.
-        let waits = ended && self.set_points.has_next();
-        let arrival_ms = (parameters.position_window_time_ms).saturating_add(ARRIVAL_MS);
-        let is_late = (self.arrival_timer).step(waits, arrival_ms, parameters.period_us);
-        if ended && (!waits || self.is_reached || is_late) {
-            self.set_points.reached();
-            ended = !waits;
-        }
-        ModeResult {
-            limited,
-            ended,
-            target,
-        }
-    }
-
-    fn cyclic_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
-        let (target, limited) = parameters.within_position_limits(input.target_position);
-        if target != self.command {
-            self.command = target;
-            self.steps = parameters
-                .interpolation_us
-                .div_ceil(parameters.period_us.max(1));
-        }
-        let too_fast = self.ramp.interpolate(
-            target,
-            self.steps,
-            parameters.max_velocity,
-            parameters.period_us,
-        );
-        self.steps = self.steps.saturating_sub(1);
-        ModeResult {
-            limited: limited || too_fast,
-            ended: false,
-            target,
-        }
-    }
 }
 
-/// Time in milliseconds, beyond that of the position window, after which a set-point that waits for
-/// the motor starts in any case.
-const ARRIVAL_MS: u16 = 1000;
-
-/// Limits a velocity to 607Fh; returns it and whether it was changed.
-fn within_max_velocity(requested: i32, parameters: &Parameters) -> (i32, bool) {
-    let top = i32::try_from(parameters.max_velocity).unwrap_or(i32::MAX);
-    let velocity = requested.max(-top).min(top);
-    (velocity, velocity != requested)
-}
-
-/// Fractional bits of [`Parameters::approach_gain`].
-const GAIN_BITS: u32 = 10;
-
-/// The highest velocity from which the axis stops before a position limit at this distance, by
-/// deceleration and by gain. 0 beyond the limit.
-fn approach_velocity(distance: i64, parameters: &Parameters) -> i32 {
-    let Ok(distance) = u32::try_from(distance) else {
-        return 0;
-    };
-    let deceleration = (parameters.deceleration).min(parameters.reachable_deceleration);
-    let by_ramp = Ramp::stopping_velocity(distance, deceleration, parameters.period_us);
-    if parameters.approach_gain == 0 {
-        return by_ramp;
-    }
-    // Below 2^32 times 2^32.
-    let by_loop = (u64::from(distance) * u64::from(parameters.approach_gain)) >> GAIN_BITS;
-    by_ramp.min(i32::try_from(by_loop).unwrap_or(i32::MAX))
-}
 /// Whether the motor moves in the direction that is measured: at four times the velocity threshold,
 /// which the end of a motion before does not reach.
 fn moves(input: &Input, parameters: &Parameters) -> bool {

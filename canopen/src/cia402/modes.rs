@@ -10,6 +10,10 @@ pub enum Mode {
     ProfilePosition = 1,
     /// Profile velocity.
     ProfileVelocity = 3,
+    /// Homing.
+    Homing = 6,
+    /// Interpolated position.
+    InterpolatedPosition = 7,
     /// Cyclic synchronous position.
     CyclicPosition = 8,
     /// Cyclic synchronous velocity.
@@ -18,15 +22,15 @@ pub enum Mode {
 
 impl Mode {
     /// Object 6502h "supported drive modes" with all modes of this enumeration.
-    pub const SUPPORTED: u32 = 1 << 0 | 1 << 2 | 1 << 7 | 1 << 8;
+    pub const SUPPORTED: u32 = 1 << 0 | 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7 | 1 << 8;
 
     /// The mode of a code of 6060h; `None` if it is not supported.
     ///
     /// ```
     /// use canopen::cia402::Mode;
     /// assert_eq!(Mode::from_code(8), Some(Mode::CyclicPosition));
-    /// assert_eq!(Mode::from_code(6), None);
-    /// assert_eq!(Mode::SUPPORTED, 0x185);
+    /// assert_eq!(Mode::from_code(2), None);
+    /// assert_eq!(Mode::SUPPORTED, 0x1E5);
     /// ```
     #[must_use]
     pub const fn from_code(code: i8) -> Option<Self> {
@@ -34,6 +38,8 @@ impl Mode {
             0 => Self::None,
             1 => Self::ProfilePosition,
             3 => Self::ProfileVelocity,
+            6 => Self::Homing,
+            7 => Self::InterpolatedPosition,
             8 => Self::CyclicPosition,
             9 => Self::CyclicVelocity,
             _ => return None,
@@ -43,11 +49,20 @@ impl Mode {
     /// Whether a master sends a target in each of its periods.
     #[must_use]
     pub const fn is_cyclic(self) -> bool {
-        matches!(self, Self::CyclicPosition | Self::CyclicVelocity)
+        matches!(
+            self,
+            Self::InterpolatedPosition | Self::CyclicPosition | Self::CyclicVelocity
+        )
     }
 
     /// Whether the mode has a position demand.
     pub(super) const fn is_position(self) -> bool {
-        matches!(self, Self::ProfilePosition | Self::CyclicPosition)
+        matches!(
+            self,
+            Self::ProfilePosition
+                | Self::Homing
+                | Self::InterpolatedPosition
+                | Self::CyclicPosition
+        )
     }
 }

@@ -1,6 +1,17 @@
 //! Parameters of an axis, in the units of the object dictionary.
 
-use super::{Limits, Options};
+use super::{HomingParameters, Limits, Options};
+
+/// What a relative set-point is added to: bits 0 and 1 of positioning option code 60F2h.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum RelativeTo {
+    /// The preceding target.
+    Target,
+    /// The position demand.
+    Demand,
+    /// The actual position.
+    Actual,
+}
 
 /// Positions are in user-defined units, velocities in that unit per second, accelerations in that
 /// unit per second squared.
@@ -26,6 +37,14 @@ pub struct Parameters {
     pub acceleration: u32,
     /// Profile deceleration 6084h.
     pub deceleration: u32,
+    /// Control periods over which the demand of a profile position is averaged, which limits its
+    /// jerk to the acceleration divided by their time; up to [`Parameters::MOST_SMOOTHING`]. 0 and 1
+    /// do not average.
+    pub smoothing: u8,
+    /// Positioning option code 60F2h.
+    pub relative_to: RelativeTo,
+    /// Homing.
+    pub homing: HomingParameters,
     /// Quick stop deceleration 6085h.
     pub quick_stop_deceleration: u32,
     /// Time in milliseconds of a stop after which it does not wait for the motor to rest, only for
@@ -65,6 +84,9 @@ impl Default for Parameters {
             profile_velocity: 300_000,
             acceleration: 3_000_000,
             deceleration: 3_000_000,
+            smoothing: 0,
+            relative_to: RelativeTo::Target,
+            homing: HomingParameters::default(),
             quick_stop_deceleration: 6_000_000,
             stop_time_ms: 500,
             interpolation_us: 20_000,
@@ -81,6 +103,9 @@ impl Default for Parameters {
 }
 
 impl Parameters {
+    /// Most control periods of [`Parameters::smoothing`].
+    pub const MOST_SMOOTHING: u8 = 20;
+
     /// Limits of a motion profile.
     pub(super) fn profile(&self, velocity: u32) -> Limits {
         Limits {

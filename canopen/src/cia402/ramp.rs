@@ -6,7 +6,7 @@
 //! floating point and no drift.
 
 /// Position increments per unit.
-const UNIT: i64 = 1_000_000;
+pub(super) const UNIT: i64 = 1_000_000;
 /// Velocity increments per unit per second.
 const UNIT_PER_S: i64 = 1_000;
 /// Longest period: |velocity| <= 2^31 * 1000, times this period, is below 2^63.
@@ -64,6 +64,30 @@ impl Ramp {
     #[must_use]
     pub const fn velocity(&self) -> i32 {
         saturate(divide(self.velocity, UNIT_PER_S as u32))
+    }
+
+    /// Position in millionths of a unit.
+    pub(super) const fn fine_position(&self) -> i64 {
+        self.position
+    }
+
+    /// Way of one period at the present velocity, in millionths of a unit.
+    pub(super) fn fine_step(&self, period_us: u32) -> i64 {
+        divide(
+            self.velocity * i64::from(period_us.min(PERIOD_MAX_US)),
+            1000,
+        )
+    }
+
+    /// At this position in millionths of a unit, with the velocity of another one.
+    pub(super) fn at_fine(self, position: i64) -> Self {
+        Self { position, ..self }
+    }
+
+    /// Changes the position, with the velocity, by this many units.
+    pub(super) fn shift(&mut self, units: i32) {
+        let position = self.position + i64::from(units) * UNIT;
+        self.position = clamp_symmetric(position, i32::MAX as i64 * UNIT);
     }
 
     /// Whether the velocity is zero.
@@ -167,10 +191,7 @@ impl Ramp {
 
     fn move_at(&mut self, velocity: i64, period_us: u32) {
         self.velocity = clamp_symmetric(velocity, VELOCITY_MAX);
-        let travel = divide(
-            self.velocity * i64::from(period_us.min(PERIOD_MAX_US)),
-            1000,
-        );
+        let travel = self.fine_step(period_us);
         self.position = clamp_symmetric(self.position + travel, i32::MAX as i64 * UNIT);
     }
 }
@@ -193,7 +214,7 @@ const fn max_velocity(limits: &Limits) -> i64 {
 /// if the odd part of the divisor is below 2^16, long division with digits of 16 bits takes a third
 /// of the instructions of the compiler's routine. Inlined, since most divisors are constants.
 #[inline(always)]
-const fn divide(numerator: i64, divisor: u32) -> i64 {
+pub(super) const fn divide(numerator: i64, divisor: u32) -> i64 {
     let shift = divisor.trailing_zeros() % u32::BITS;
     let odd = divisor >> shift;
     if odd == 0 {

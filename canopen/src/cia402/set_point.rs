@@ -1,8 +1,8 @@
 //! Set-point handshake of profile position mode (bits 4, 5 and 6 of the controlword, bit 12 of the
 //! statusword).
 
-use super::Parameters;
 use super::controlword::{CHANGE_SET_IMMEDIATELY, NEW_SET_POINT, RELATIVE};
+use super::{Parameters, RelativeTo};
 
 /// The active target and one buffered set-point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,13 +27,20 @@ impl SetPoints {
         };
     }
 
-    /// Evaluates the controlword and target position 607Ah; returns the active target.
-    pub fn step(&mut self, word: u16, position: i32, parameters: &Parameters) -> i32 {
+    /// Evaluates the controlword and target position 607Ah, with position demand and actual
+    /// position; returns the active target.
+    pub fn step(
+        &mut self,
+        word: u16,
+        position: i32,
+        present: (i32, i32),
+        parameters: &Parameters,
+    ) -> i32 {
         let new_set_point = word & NEW_SET_POINT != 0;
         let rises = new_set_point && !self.new_set_point;
         self.new_set_point = new_set_point;
         if rises {
-            self.accept(word, position, parameters);
+            self.accept(word, position, present, parameters);
         }
         if !new_set_point && self.buffered.is_none() {
             self.acknowledged = false;
@@ -41,12 +48,23 @@ impl SetPoints {
         self.target
     }
 
-    fn accept(&mut self, word: u16, position: i32, parameters: &Parameters) {
-        let mut last = self.buffered.unwrap_or(self.target);
-        if self.accepted {
+    fn accept(
+        &mut self,
+        word: u16,
+        position: i32,
+        (demand, actual): (i32, i32),
+        parameters: &Parameters,
+    ) {
+        let last = match parameters.relative_to {
+            RelativeTo::Demand => demand,
+            RelativeTo::Actual => actual,
             // Where a set-point beyond the position limits ends.
-            last = parameters.within_position_limits(last).0;
-        }
+            RelativeTo::Target if self.accepted => {
+                let last = self.buffered.unwrap_or(self.target);
+                parameters.within_position_limits(last).0
+            }
+            RelativeTo::Target => self.target,
+        };
         let target = if word & RELATIVE == 0 {
             position
         } else {
@@ -98,9 +116,9 @@ mod tests {
 
     /// The active target after a set-point, and whether it was acknowledged.
     fn give(points: &mut SetPoints, bits: u16, position: i32) -> (i32, bool) {
-        let target = points.step(NEW | bits, position, &Parameters::default());
+        let target = points.step(NEW | bits, position, (0, 0), &Parameters::default());
         let is_acknowledged = points.acknowledged();
-        points.step(0, 0, &Parameters::default());
+        points.step(0, 0, (0, 0), &Parameters::default());
         (target, is_acknowledged)
     }
 
@@ -115,7 +133,7 @@ mod tests {
         assert!(points.acknowledged(), "the buffer is full");
         assert_eq!(give(&mut points, 0, 30).0, 10);
         points.reached();
-        assert_eq!(points.step(0, 0, &Parameters::default()), 20);
+        assert_eq!(points.step(0, 0, (0, 0), &Parameters::default()), 20);
         assert!(points.moving && !points.acknowledged());
         assert_eq!(give(&mut points, IMMEDIATELY, 40), (40, true));
         points.reached();
@@ -127,8 +145,8 @@ mod tests {
         let mut points = SetPoints::default();
         let parameters = Parameters::default();
         points.restart(5, NEW);
-        assert_eq!(points.step(NEW, 10, &parameters), 5);
+        assert_eq!(points.step(NEW, 10, (0, 0), &parameters), 5);
         points.restart(5, 0);
-        assert_eq!(points.step(NEW, 10, &parameters), 10);
+        assert_eq!(points.step(NEW, 10, (0, 0), &parameters), 10);
     }
 }

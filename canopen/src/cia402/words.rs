@@ -14,6 +14,10 @@ pub mod controlword {
     pub const ENABLE_OPERATION: u16 = 1 << 3;
     /// Profile position: new set-point; rising edge.
     pub const NEW_SET_POINT: u16 = 1 << 4;
+    /// Homing: starts at the rising edge, and is interrupted by the falling one.
+    pub const START_HOMING: u16 = 1 << 4;
+    /// Interpolated position: interpolates between the points of the buffer.
+    pub const INTERPOLATE: u16 = 1 << 4;
     /// Profile position: change set immediately, instead of after the active set-point.
     pub const CHANGE_SET_IMMEDIATELY: u16 = 1 << 5;
     /// Profile position: target is relative to the previous one.
@@ -48,10 +52,13 @@ pub mod statusword {
     pub const TARGET_REACHED: u16 = 1 << 10;
     /// Internal limit active, for example the software position limit changed the target.
     pub const INTERNAL_LIMIT: u16 = 1 << 11;
-    /// Mode-specific: set-point acknowledge, speed, or drive follows the command value.
+    /// Mode-specific: set-point acknowledge, speed, homing attained, interpolation active, or drive
+    /// follows the command value.
     pub const MODE_12: u16 = 1 << 12;
     /// Following error.
     pub const FOLLOWING_ERROR: u16 = 1 << 13;
+    /// Homing error.
+    pub const HOMING_ERROR: u16 = 1 << 13;
 }
 
 /// Device control command of the lower bits of the controlword.

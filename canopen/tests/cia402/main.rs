@@ -1,7 +1,10 @@
 //! Tests of the drive profile against CiA 402: states, stop options, modes and windows.
 
+mod homing;
 mod limits;
+mod model;
 mod modes;
+mod profiles;
 mod random;
 mod states;
 mod stops;
@@ -50,7 +53,7 @@ impl Bench {
     }
 
     fn step(&mut self) -> Output {
-        let output = self.axis.step(&self.input, &self.parameters);
+        let output = self.axis.step(self.input, &self.parameters);
         if self.follows {
             match output.demand {
                 Demand::Off => self.input.velocity_actual = 0,

@@ -8,6 +8,8 @@ fn mode() -> impl Strategy<Value = Mode> {
         Mode::None,
         Mode::ProfilePosition,
         Mode::ProfileVelocity,
+        Mode::Homing,
+        Mode::InterpolatedPosition,
         Mode::CyclicPosition,
         Mode::CyclicVelocity,
     ])

@@ -249,12 +249,14 @@ class Drive(DriveTests, Served):
         del self.node.rpdo_pointers[0x6060]
         self.assertEqual(change("PROFILED POSITION"), "OPERATION ENABLED")
 
-    def test_homing_is_refused_by_the_client_and_the_drive_remains_enabled(self):
-        self.enable("PROFILED POSITION")
-        for act in (self.node.homing, self.node.is_homed):
-            with self.assertRaisesRegex(TypeError, "HOMING"):
-                act()
-        self.assertEqual((self.node.state, self.node.op_mode), ("OPERATION ENABLED", "PROFILED POSITION"))
+    def test_homing_by_the_client(self):
+        for offset in (12_000, -3_000):
+            self.node.sdo["Homing method"].raw = 37
+            self.node.sdo["Home offset"].raw = offset
+            self.assertTrue(self.node.homing(timeout=self.timeout))
+            self.assertLess(abs(self.node.sdo["Position actual value"].raw - offset), 200)
+            self.assertTrue(self.node.is_homed())
+            self.node.state = "SWITCH ON DISABLED"
 
     def test_velocities_are_reached(self):
         self.node.sdo["Software position limit"]["Max position limit"].raw = 150_000

@@ -17,7 +17,7 @@ from wire import boards
 PROGRAM, SHEET, ELF = sys.argv.pop(1), sys.argv.pop(1), boards(sys.argv)
 
 SYNC_S, SYNCS_OF_A_CYCLE = 0.01, 6
-HALT, FAULT_RESET = 1 << 8, 1 << 7
+HALT, FAULT_RESET, START_HOMING = 1 << 8, 1 << 7, 1 << 4
 NO_MODE, HOMING, CYCLIC_POSITION = 0, 6, 8
 # State: mask and value of the statusword, and the command that leads to "operation enabled".
 STATES = {
@@ -78,9 +78,10 @@ class Driver(Bench):
         return self.state()
 
     def cycle(self):
-        """The driver's cycle: HALT is set unless the mode has a target."""
-        runs = self.state() == "operation enabled" and self.target is not None
-        if runs:
+        """The driver's cycle: HALT is set unless the mode has a target, or homing is started."""
+        acts = self.target is not None or self.word & START_HOMING
+        runs = self.state() == "operation enabled" and acts
+        if runs and self.target is not None:
             self.node.rpdo[2]["Target position"].raw = self.target
             self.node.rpdo[2].transmit()
         self.node.rpdo[1]["Controlword"].raw = self.word if runs else self.word | HALT
@@ -130,9 +131,12 @@ class Driver(Bench):
         self.enable()
         if self.node.sdo["Supported drive modes"].raw >> (HOMING - 1) & 1:
             self.switch_mode(HOMING)
-            self.word |= 1 << 4
-            self.wait_for(lambda: self.node.sdo["Statusword"].raw & 0x1400 == 0x1400, "homing attained")
-            self.word &= ~(1 << 4)
+            self.word |= START_HOMING
+            end = time.monotonic() + self.timeout
+            while self.node.tpdo[1]["Statusword"].raw & 0x3400 != 0x1400:
+                self.assertLess(time.monotonic(), end, "homing attained")
+                self.cycle()
+            self.word &= ~START_HOMING
         self.switch_mode(CYCLIC_POSITION)
         # Long without a target: no fault of missing commands.
         for _ in range(5):

@@ -5,12 +5,14 @@ use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
+use std::sync::mpsc;
+use std::thread;
 
 use canopen::NodeId;
 use clap::Args;
 use model_core::plant::board::BoardPlantOptions;
 
-use super::servos::Servos;
+use super::servos::{Servos, read_faults};
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
@@ -72,6 +74,12 @@ pub struct Serve {
     #[cfg(feature = "board")]
     #[arg(long, value_name = "PLAN", requires = "elf")]
     faults: Option<PathBuf>,
+    /// Faults as they are written to this file or pipe, one a line; `-` for standard input
+    ///
+    /// The number of an actuator and `encoder-lost`, `encoder-back`, `jam`, `free`, `load NM`,
+    /// `supply VOLTS`, `bus-off`, `bus-on`, `sdo-delay MS`, `mute` (no heartbeats) or `unmute`.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "protocol"])]
+    node_faults: Option<PathBuf>,
     /// Program of the emulated communication board
     #[arg(long, value_name = "FILE", requires = "elf")]
     comm_elf: Option<PathBuf>,
@@ -117,7 +125,13 @@ impl Serve {
                 buffer,
             )
         });
-        let mut server = Server::new(Bus::new(nodes.collect::<Result<_, _>>()?));
+        let mut bus = Bus::new(nodes.collect::<Result<_, _>>()?);
+        if let Some(path) = self.node_faults.clone() {
+            let (sender, faults) = mpsc::channel();
+            bus.set_faults(faults);
+            thread::spawn(move || read_faults(&path, &sender));
+        }
+        let mut server = Server::new(bus);
         #[cfg(unix)]
         if self.pty {
             let (terminal, address, _link) = self.open_linked()?;

@@ -1,9 +1,11 @@
 //! `actuator serve --protocol`: servos on a serial bus.
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, BufRead as _, BufReader};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
+use std::str::FromStr;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread;
@@ -110,7 +112,7 @@ impl Serving {
 
 /// Sends the faults of a file until its end, and reports lines that are none. The file is opened
 /// here: that of a pipe waits for its writer.
-fn read_faults(path: &Path, to: &Sender<Fault>) {
+pub(super) fn read_faults<F: Copy + FromStr<Err: Display>>(path: &Path, to: &Sender<F>) {
     let is_standard = path == Path::new("-");
     let file: io::Result<Box<dyn io::Read>> = if is_standard {
         Ok(Box::new(io::stdin()))

@@ -11,6 +11,11 @@
 //! | 0 | halt as configured in 605Dh, then hold |
 //! | 1 | a fault, with the reaction configured in 605Eh |
 //! | 2 | the shaft moves to 2040h:3 at the rate of 2040h:4, and holds there |
+//! | 3 | none |
+//! | 4 | the power is removed, as by the controlword |
+//! | 5 | a quick stop, as by the controlword |
+//!
+//! 6007h shows it by the codes of CiA 402.
 
 use super::{LoopParameters, PERIOD_US, State};
 use crate::{
@@ -18,6 +23,9 @@ use crate::{
     timing::periods,
 };
 use canopen::cia402::{Cia402State, controlword};
+
+/// 2040h:2: a quick stop.
+const QUICK_STOP: u8 = 5;
 
 /// State of the supervision of the master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -53,8 +61,8 @@ impl Failsafe {
 pub(super) enum Reaction {
     /// Nothing.
     None,
-    /// Halt, then hold.
-    Hold,
+    /// Follow this controlword.
+    Control(u16),
     /// Enter a fault.
     Fail,
     /// Follow this target angle, mdeg.
@@ -64,7 +72,10 @@ pub(super) enum Reaction {
 impl State {
     /// Supervises the master for one control period.
     pub(super) fn fail_safe(&mut self, parameters: &LoopParameters) -> Reaction {
-        let is_enabled = self.axis.state() == Cia402State::OperationEnabled;
+        let action = parameters.failsafe.failsafe_action;
+        // A quick stop that ends in its own state lasts until the master is back.
+        let stays = action == QUICK_STOP && self.axis.state() == Cia402State::QuickStopActive;
+        let is_enabled = stays || self.axis.state() == Cia402State::OperationEnabled;
         let is_cyclic = self.command.mode.is_cyclic();
         let is_bus = self.application.selected_source() == CommandSource::Bus;
         // After a halt the axis waits for a target, as after enabling.
@@ -94,10 +105,14 @@ impl State {
             // ended.
             let _ = self.application.request(Request::StopExcitation);
         }
-        match parameters.failsafe.failsafe_action {
+        let word = self.command.control;
+        match action {
             1 => Reaction::Fail,
             2 => Reaction::Go(self.retreat(parameters)),
-            _ => Reaction::Hold,
+            3 => Reaction::None,
+            4 => Reaction::Control(word & !controlword::ENABLE_VOLTAGE),
+            QUICK_STOP => Reaction::Control(word & !controlword::QUICK_STOP),
+            _ => Reaction::Control(word | controlword::HALT),
         }
     }
 

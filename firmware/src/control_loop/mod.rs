@@ -34,6 +34,8 @@ use crate::{
     interface::{Motion, Taken},
 };
 
+pub(crate) use axis_parameters::Polarity;
+
 /// Length of a control period, us.
 pub(crate) const PERIOD_US: u32 = axis_parameters::PERIOD_US;
 
@@ -183,7 +185,7 @@ impl State {
     ) -> Self {
         Self {
             application: Application::new(&parameters.board, start),
-            axis: Axis::new(),
+            axis: Axis::starting_from(parameters.origin_mdeg),
             command: *commands.at(commands.first()),
             motion: Motion::default(),
             failsafe: Failsafe::default(),

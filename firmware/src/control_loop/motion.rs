@@ -64,7 +64,7 @@ impl State {
             self.axis.reset_demand(thousandths(command), rate_mdeg_s);
         }
         let input = self.input(parameters, is_new_position, is_new_velocity);
-        let output = self.axis.step(&input, &parameters.axis);
+        let output = self.axis.step(input, &parameters.axis);
         self.motion.state = output.state;
         let limits = self.application.telemetry().limits;
         self.motion.status = output.statusword;
@@ -77,10 +77,12 @@ impl State {
         self.motion.mode = output.mode_display;
         self.motion.following_error_mdeg = output.following_error;
         self.motion.is_powered = output.demand != Demand::Off;
+        self.motion.origin_mdeg = output.origin;
+        let actual = self.angle_mdeg().saturating_add(output.origin);
         (self.motion.position_mdeg, self.motion.velocity_mdeg_s) = match output.demand {
-            Demand::Off => (self.angle_mdeg(), 0),
+            Demand::Off => (actual, 0),
             Demand::Position { position, velocity } => (position, velocity),
-            Demand::Velocity(velocity) => (self.angle_mdeg(), velocity),
+            Demand::Velocity(velocity) => (actual, velocity),
         };
         output
     }
@@ -101,6 +103,7 @@ impl State {
             is_new_velocity,
             position_actual: self.angle_mdeg(),
             velocity_actual: self.application.velocity_mdeg_s(),
+            current_actual: self.application.telemetry().current_ma,
             fault: self.fault(),
             voltage: self.application.telemetry().present.and(VOLTAGE).is_empty(),
             initialised: self.application.state() != BoardState::Initialising,
@@ -111,7 +114,7 @@ impl State {
                 self.command_faults.put(Fault::CommandTimeout, true);
                 input.fault = self.fault();
             }
-            Reaction::Hold => input.controlword |= controlword::HALT,
+            Reaction::Control(word) => input.controlword = word,
             Reaction::Go(position_mdeg) => {
                 input.mode = Mode::CyclicPosition;
                 input.target_position = position_mdeg;
@@ -137,7 +140,8 @@ impl State {
         match output.demand {
             Demand::Off => self.power_off(axis, output.state),
             Demand::Position { position, .. } => {
-                self.command(output.state, angle_of_mdeg(position).into());
+                let of_encoder = position.saturating_sub(output.origin);
+                self.command(output.state, angle_of_mdeg(of_encoder).into());
             }
             Demand::Velocity(velocity) => {
                 self.command(output.state, rate_of_mdeg_s(velocity).into());

@@ -2,7 +2,7 @@
 
 use canopen::cia402::Parameters as AxisParameters;
 
-use super::axis_parameters::axis_parameters;
+use super::axis_parameters::{Polarity, axis_parameters};
 use crate::{
     application::MotorLimits,
     drive::StoredParameters,
@@ -22,6 +22,8 @@ pub struct LoopParameters {
     pub axis: AxisParameters,
     /// The reaction to the loss of the master.
     pub failsafe: FailsafeSettings,
+    /// The position at which the encoder is at 0 when the loop starts, mdeg.
+    pub origin_mdeg: i32,
     /// The constants of the motor.
     pub motor: MotorConstants,
     /// The limits of current and temperature.
@@ -36,7 +38,8 @@ impl LoopParameters {
             number: 0,
             board: stored.board,
             axis: axis_parameters(values, &stored.board),
-            failsafe: values.failsafe,
+            failsafe: failsafe(values),
+            origin_mdeg: values.homing.origin_mdeg,
             motor: MotorConstants::of(&values.model),
             limits: MotorLimits::of(&values.limits, &stored.board, &values.model),
         }
@@ -55,7 +58,7 @@ impl LoopParameters {
     /// master, and limits of torque and current.
     pub(crate) fn set_values(&mut self, values: &ObjectValues) {
         self.axis = axis_parameters(values, &self.board);
-        self.failsafe = values.failsafe;
+        self.failsafe = failsafe(values);
         self.limits = MotorLimits::of(&values.limits, &self.board, &values.model);
     }
 
@@ -63,6 +66,13 @@ impl LoopParameters {
     pub(crate) fn set_motor(&mut self, values: &ObjectValues) {
         self.motor = MotorConstants::of(&values.model);
     }
+}
+
+/// The reaction to the loss of the master, with the position as the axis counts it.
+fn failsafe(values: &ObjectValues) -> FailsafeSettings {
+    let mut failsafe = values.failsafe;
+    failsafe.failsafe_position_mdeg *= Polarity::of(values).position;
+    failsafe
 }
 
 #[cfg(test)]

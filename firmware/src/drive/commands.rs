@@ -1,14 +1,17 @@
 //! Values that code of the drive reads and writes: commands and orders.
 
-use canopen::{Abort, cia402::Mode};
+use canopen::{
+    Abort,
+    cia402::{Mode, statusword},
+};
 
 use super::Drive;
 use crate::{
     application::{BoardState, CommandSource},
     capture::{CaptureSettings, Signal, Trigger},
-    control_loop::ExcitationRequest,
+    control_loop::{Command, ExcitationRequest, PERIOD_US, Polarity},
     dictionary::{DriveCommand, Measured},
-    parameters::{ExcitationSettings, Parameter},
+    parameters::{ExcitationSettings, ObjectValue, Parameter},
     timing::thousandths,
 };
 
@@ -18,11 +21,20 @@ const MULTISINE: i32 = 9;
 /// The number of a capture signal that selects none.
 const NO_SIGNAL: u8 = 255;
 
+/// Codes of 6007h and the actions of 2040h:2.
+const ABORT_CONNECTION: [(i32, u8); 6] = [(-2, 2), (-1, 0), (0, 3), (1, 1), (2, 4), (3, 5)];
+
+/// Longest time between two outputs of the loop that counts, us.
+const MOST_US: u32 = 1_000_000;
+
 impl Drive<'_> {
     /// The present value of a command.
     pub(super) fn command_value(&self, command: DriveCommand) -> u64 {
         use super::measured::signed;
         let commands = self.messages.commands.unverified().newest();
+        let sign = Polarity::of(&self.values);
+        let position = |mdeg: i32| signed(mdeg.wrapping_mul(sign.position));
+        let velocity = |mdeg_s: i32| signed(mdeg_s.wrapping_mul(sign.velocity));
         match command {
             DriveCommand::CommandSource => self.selected_source() as u64,
             DriveCommand::ExcitationControl => self.measured(Measured::ExcitationStatus),
@@ -31,12 +43,16 @@ impl Drive<'_> {
             DriveCommand::ProgramControl => 1,
             DriveCommand::DownloadOffset => u64::from(self.download_offset()),
             // Write only.
-            DriveCommand::ServicePassword => 0,
+            DriveCommand::ServicePassword | DriveCommand::ClearPoints => 0,
             DriveCommand::Controlword => u64::from(commands.control),
             DriveCommand::Mode => signed(i32::from(commands.mode as i8)),
-            DriveCommand::TargetPosition => signed(commands.target_position_mdeg),
-            DriveCommand::TargetVelocity => signed(commands.target_velocity_mdeg_s),
-            DriveCommand::VelocityOffset => signed(commands.velocity_offset_mdeg_s),
+            DriveCommand::TargetPosition => position(self.targets.position),
+            DriveCommand::PositionOffset => position(self.targets.offset),
+            DriveCommand::InterpolationPoint => position(self.targets.point),
+            DriveCommand::TargetVelocity => velocity(commands.target_velocity_mdeg_s),
+            DriveCommand::VelocityOffset => velocity(commands.velocity_offset_mdeg_s),
+            DriveCommand::TouchProbe => u64::from(self.touch_probes.function()),
+            DriveCommand::AbortConnection => signed(self.abort_connection()),
         }
     }
 
@@ -56,9 +72,15 @@ impl Drive<'_> {
                 let password = self.values.service.password;
                 return self.service.attempt(value as u32, password);
             }
+            DriveCommand::TouchProbe => return self.touch_probes.set(value as u16),
+            DriveCommand::ClearPoints if value == 0 => self.targets.clear(),
+            DriveCommand::ClearPoints => {}
+            DriveCommand::AbortConnection => return self.set_abort_connection(value as i32),
+            DriveCommand::InterpolationPoint => return self.append_point(value as i32),
             DriveCommand::Controlword
             | DriveCommand::Mode
             | DriveCommand::TargetPosition
+            | DriveCommand::PositionOffset
             | DriveCommand::TargetVelocity
             | DriveCommand::VelocityOffset => return self.command(command, value),
         }
@@ -68,23 +90,88 @@ impl Drive<'_> {
     /// Changes the command to the loop. While too many are queued, an SDO waits and an RPDO is
     /// refused.
     fn command(&mut self, object: DriveCommand, value: u64) -> Result<(), Abort> {
-        let before = self.messages.commands.unverified().number();
         let mut command = *self.messages.commands.unverified().newest();
+        let mut targets = self.targets;
+        let sign = Polarity::of(&self.values);
+        let position = (value as i32).saturating_mul(sign.position);
+        let velocity = (value as i32).saturating_mul(sign.velocity);
         match object {
             DriveCommand::Controlword => command.control = value as u16,
             DriveCommand::Mode => {
-                command.mode = Mode::from_code(value as i8).ok_or(Abort::Value)?
+                command.mode = Mode::from_code(value as i8).ok_or(Abort::Value)?;
+                targets.clear();
+                let target = targets.of_mode(command.mode);
+                command.target_position_mdeg = target.unwrap_or(command.target_position_mdeg);
             }
-            DriveCommand::TargetPosition => command.set_position(value as i32),
-            DriveCommand::TargetVelocity => command.set_velocity(value as i32),
-            _ => command.set_velocity_offset(value as i32),
+            DriveCommand::TargetPosition => targets.position = position,
+            DriveCommand::PositionOffset => targets.offset = position,
+            DriveCommand::TargetVelocity => command.set_velocity(velocity),
+            _ => command.set_velocity_offset(velocity),
         }
+        let is_position = matches!(
+            object,
+            DriveCommand::TargetPosition | DriveCommand::PositionOffset
+        );
+        if let Some(target) = targets.of_mode(command.mode).filter(|_| is_position) {
+            command.set_position(target);
+        }
+        self.post_command(&command)?;
+        self.targets = targets;
+        Ok(())
+    }
+
+    fn post_command(&mut self, command: &Command) -> Result<(), Abort> {
+        let before = self.messages.commands.unverified().number();
         let (taken, joins) = (self.outputs.taken.command, self.has_queued);
         let commands = &mut self.messages.commands;
         let mut is_accepted = true;
-        commands.update(|it| is_accepted = it.set(&command, joins, taken));
+        commands.update(|it| is_accepted = it.set(command, joins, taken));
         self.has_queued |= commands.unverified().number() != before;
         is_accepted.then_some(()).ok_or(Abort::NoResource)
+    }
+
+    /// Appends a point to those of the interpolated position mode. While the buffer is full, an SDO
+    /// waits and an RPDO is refused.
+    fn append_point(&mut self, point: i32) -> Result<(), Abort> {
+        let position = point.saturating_mul(Polarity::of(&self.values).position);
+        let is_accepted = self.targets.append(position);
+        is_accepted.then_some(()).ok_or(Abort::NoResource)
+    }
+
+    /// Posts the point that is due while the loop interpolates.
+    pub(super) fn post_point(&mut self, passed_periods: u32) {
+        let motion = &self.outputs.motion;
+        let interpolates =
+            motion.mode == Mode::InterpolatedPosition && motion.status & statusword::MODE_12 != 0;
+        if !interpolates || passed_periods == 0 {
+            return;
+        }
+        let command = *self.messages.commands.unverified().newest();
+        let waits = self.outputs.taken.command != self.messages.commands.unverified().number();
+        if waits || command.mode != Mode::InterpolatedPosition {
+            return;
+        }
+        let passed_us = passed_periods.saturating_mul(PERIOD_US).min(MOST_US) as i32;
+        let period_us = i32::from(self.values.profile.interpolation_time) * 1000;
+        if let Some(point) = self.targets.next(passed_us, period_us) {
+            let mut command = command;
+            command.set_position(point);
+            // Nothing is queued: there is room.
+            let _ = self.post_command(&command);
+        }
+    }
+
+    /// 6007h: the action 2040h:2 by the codes of CiA 402.
+    fn abort_connection(&self) -> i32 {
+        let action = self.values.failsafe.failsafe_action;
+        let code = ABORT_CONNECTION.iter().find(|(_, of)| *of == action);
+        code.map_or(0, |(code, _)| *code)
+    }
+
+    fn set_abort_connection(&mut self, code: i32) -> Result<(), Abort> {
+        let action = ABORT_CONNECTION.iter().find(|(of, _)| *of == code);
+        let (_, action) = action.ok_or(Abort::Value)?;
+        self.set_value(ObjectValue::FailsafeAction, u32::from(*action))
     }
 
     /// Switches the source of the commands. At standstill it is the source after a reset too, once
@@ -125,10 +212,12 @@ impl Drive<'_> {
             .amplitude_mdeg
             .saturating_abs()
             .saturating_mul(lines);
-        let from = thousandths(self.outputs.telemetry.command);
-        let profile = &self.values.profile;
-        from.saturating_sub(reach) >= profile.min_position_mdeg
-            && from.saturating_add(reach) <= profile.max_position_mdeg
+        let origin = self.outputs.motion.origin_mdeg;
+        let from = thousandths(self.outputs.telemetry.command).saturating_add(origin);
+        let limits = self.messages.parameters.unverified().axis.position_limits;
+        limits.is_none_or(|(low, high)| {
+            from.saturating_sub(reach) >= low && from.saturating_add(reach) <= high
+        })
     }
 
     fn arm_capture(&mut self) {

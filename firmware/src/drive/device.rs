@@ -109,7 +109,7 @@ impl<'a> Device<'a> {
     pub fn communicate(&mut self, now_us: u64) {
         self.report_faults();
         self.report_bus();
-        let statusword = self.drive.outputs().motion.status;
+        let statusword = self.drive.statusword();
         if self.statusword != statusword {
             self.statusword = statusword;
             self.node.object_changed(Address::new(0x6041, 0));

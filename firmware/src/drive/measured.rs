@@ -1,8 +1,11 @@
 //! Values that are computed when they are read.
 
+use canopen::cia402::{Mode, controlword, statusword};
+
 use super::{Drive, emergency};
 use crate::{
-    control_loop::PERIOD_US,
+    application::CommandSource,
+    control_loop::{PERIOD_US, Polarity},
     dictionary::Measured,
     supervisor::ResetCause,
     timing::{CONTROL_PERIOD_MS, thousandths},
@@ -37,6 +40,15 @@ fn short(value: i32) -> u64 {
     signed(value.max(i32::from(i16::MIN)).min(i32::from(i16::MAX)))
 }
 
+/// The bit of 60FDh of the servo pulse; bits 0 to 3 are switches, which the board does not have.
+const SERVO_PULSE_INPUT: u32 = 16;
+
+/// Counts of the encoder.
+fn increments(mdeg: i32) -> i32 {
+    let scaled = i64::from(mdeg) * 4096;
+    ((scaled + 180_000).div_euclid(360_000)) as i32
+}
+
 /// The bits of a REAL32.
 pub(super) fn real(value: f32) -> u64 {
     u64::from(value.to_bits())
@@ -47,15 +59,28 @@ impl Drive<'_> {
     pub(super) fn measured(&self, value: Measured) -> u64 {
         let (t, motion) = (&self.outputs.telemetry, &self.outputs.motion);
         let board = &self.diagnostics;
+        let sign = || Polarity::of(&self.values);
+        let position = |mdeg: i32| signed(mdeg.wrapping_mul(sign().position));
+        let velocity = |mdeg_s: i32| signed(mdeg_s.wrapping_mul(sign().velocity));
         match value {
-            Measured::PositionMdeg => signed(thousandths(t.angle)),
-            Measured::VelocityMdegS => signed(t.velocity_mdeg_s),
-            Measured::CompactAngle => short(thousandths(t.angle) / 10),
-            Measured::CompactRate => short(thousandths(t.rate) / 100),
-            Measured::RateCommandMdegS => signed(thousandths(t.rate_command)),
-            Measured::PositionDemandMdeg => signed(motion.position_mdeg),
-            Measured::VelocityDemandMdegS => signed(motion.velocity_mdeg_s),
-            Measured::FollowingErrorMdeg => signed(motion.following_error_mdeg),
+            Measured::PositionMdeg => signed(self.position_mdeg()),
+            Measured::EncoderIncrements => signed(increments(thousandths(t.angle))),
+            Measured::VelocityMdegS => velocity(t.velocity_mdeg_s),
+            Measured::CompactAngle => short(self.position_mdeg() / 10),
+            Measured::CompactRate => short(sign().velocity * (thousandths(t.rate) / 100)),
+            Measured::RateCommandMdegS => velocity(thousandths(t.rate_command)),
+            Measured::PositionDemandMdeg => position(motion.position_mdeg),
+            Measured::VelocityDemandMdegS => velocity(motion.velocity_mdeg_s),
+            Measured::FollowingErrorMdeg => position(motion.following_error_mdeg),
+            Measured::TouchProbeStatus => u64::from(self.touch_probes.status()),
+            Measured::TouchProbe1Positive => position(self.touch_probes.position(0, 0)),
+            Measured::TouchProbe1Negative => position(self.touch_probes.position(0, 1)),
+            Measured::TouchProbe2Positive => position(self.touch_probes.position(1, 0)),
+            Measured::TouchProbe2Negative => position(self.touch_probes.position(1, 1)),
+            Measured::BufferedPoints => self.targets.waiting() as u64,
+            Measured::DigitalInputs => {
+                u64::from(t.pulse_age < self.pulse_timeout()) << SERVO_PULSE_INPUT
+            }
             // Thousandths of a percent to hundredths.
             Measured::Duty => short(thousandths(t.duty) / 10),
             Measured::BackEmfMv => short(t.back_emf_mv),
@@ -71,7 +96,7 @@ impl Drive<'_> {
             Measured::Temperature => short(t.temperature_mdeg_c / 100),
             Measured::SampleCounter => u64::from(t.tick as u16),
             Measured::SampleTimeUs => u64::from(t.tick.wrapping_mul(PERIOD_US)),
-            Measured::Statusword => u64::from(motion.status),
+            Measured::Statusword => u64::from(self.statusword()),
             Measured::Mode => signed(i32::from(motion.mode as i8)),
             Measured::ErrorCode => u64::from(self.error_code()),
             Measured::PresentFaults => u64::from(t.present.bits()),
@@ -106,6 +131,35 @@ impl Drive<'_> {
             Measured::ServiceState => self.service.state(self.values.service.password) as u64,
             Measured::ServiceBackOffMs => u64::from(self.service.back_off_ms()),
         }
+    }
+
+    /// Position actual value 6064h.
+    fn position_mdeg(&self) -> i32 {
+        let (t, motion) = (&self.outputs.telemetry, &self.outputs.motion);
+        let of_axis = thousandths(t.angle).saturating_add(motion.origin_mdeg);
+        of_axis.wrapping_mul(Polarity::of(&self.values).position)
+    }
+
+    /// The statusword: "remote" while the bus commands the shaft, and homing in progress as soon as
+    /// its start is queued, whatever was attained before.
+    pub(super) fn statusword(&self) -> u16 {
+        let motion = &self.outputs.motion;
+        let mut cleared = 0;
+        if motion.mode == Mode::Homing && self.is_homing_requested() {
+            cleared = statusword::TARGET_REACHED | statusword::MODE_12 | statusword::HOMING_ERROR;
+        }
+        if self.outputs.telemetry.selected_source != CommandSource::Bus {
+            cleared |= statusword::REMOTE;
+        }
+        motion.status & !cleared
+    }
+
+    /// Whether a start of homing is queued that the loop has not taken.
+    fn is_homing_requested(&self) -> bool {
+        let commands = self.messages.commands.unverified();
+        let taken = commands.at(self.outputs.taken.command);
+        let starts = |control: u16| control & controlword::START_HOMING != 0;
+        starts(commands.newest().control) && !starts(taken.control)
     }
 
     /// Control periods without a servo pulse after which the pulse counts as absent.

@@ -24,8 +24,10 @@ mod objects;
 mod service;
 mod store;
 mod stored;
+mod targets;
 #[cfg(test)]
 mod tests;
+mod touch_probe;
 mod update;
 
 pub use device::{Device, RPDOS, TPDOS};
@@ -38,13 +40,20 @@ use crate::{
     capture::Capture,
     check_value::Checked,
     control_loop::{Commands, ExcitationRequest, Loop, LoopParameters},
-    faults::FaultSet,
+    faults::{Fault, FaultSet},
     parameters::{BoardParameters, ObjectValues},
+    timing::thousandths,
 };
 use model::MotorModel;
 use service::{ServiceAccess, ServiceState};
 use store::ParameterStore;
+use targets::Targets;
+use touch_probe::TouchProbes;
 use update::Update;
+
+/// With these faults the telemetry has no angle.
+const ANGLE_UNKNOWN: FaultSet =
+    FaultSet::of(&[Fault::EncoderInvalid, Fault::MagnetLost, Fault::EncoderJump]);
 
 /// The messages to the control loop.
 #[derive(Debug, Clone)]
@@ -77,6 +86,8 @@ pub struct Drive<'a> {
     reported: FaultSet,
     capture: Capture<'a>,
     values: ObjectValues,
+    targets: Targets,
+    touch_probes: TouchProbes,
     model: MotorModel,
     store: ParameterStore,
     update: Update<'a>,
@@ -111,6 +122,8 @@ impl<'a> Drive<'a> {
             outputs: outputs_at_start(&stored.board),
             reported: FaultSet::EMPTY,
             capture: Capture::new(buffer),
+            targets: Targets::default(),
+            touch_probes: TouchProbes::default(),
             model: MotorModel::default(),
             store: ParameterStore::new(stored),
             update: Update::NEW,
@@ -155,7 +168,18 @@ impl<'a> Drive<'a> {
 
     /// Takes the outputs of a control period.
     pub fn observe(&mut self, outputs: &Outputs) {
+        let passed = outputs
+            .telemetry
+            .tick
+            .wrapping_sub(self.outputs.telemetry.tick);
         self.outputs = *outputs;
+        self.post_point(passed);
+        if self.touch_probes.function() != 0 {
+            let is_known = outputs.telemetry.present.and(ANGLE_UNKNOWN).is_empty();
+            let angle = is_known.then(|| thousandths(outputs.telemetry.angle));
+            (self.touch_probes).turned(angle, outputs.motion.origin_mdeg);
+        }
+        self.values.homing.origin_mdeg = outputs.motion.origin_mdeg;
         self.service.control_period();
         self.capture.sample(outputs);
         self.model.step(&self.values.model, outputs);
@@ -176,6 +200,8 @@ impl<'a> Drive<'a> {
         self.messages.commands.update(Commands::restart);
         self.outputs.taken.command = self.messages.commands.unverified().number();
         self.messages.excitation.update(ExcitationRequest::stop);
+        self.targets = Targets::default();
+        self.touch_probes = TouchProbes::default();
         self.model = MotorModel::default();
         self.service.lock();
         self.capture.stop();

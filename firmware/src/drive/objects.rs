@@ -54,7 +54,7 @@ impl Drive<'_> {
         });
     }
 
-    fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {
+    pub(super) fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {
         use ObjectValue::{GearRatio, InductanceH, ResistanceOhm, TorqueConstantNmA};
         use ObjectValue::{HousingAmbientKW, HousingTimeS, WindingHousingKW, WindingTimeS};
         use ObjectValue::{Signal1, Signal2, Signal3, Signal4, Signal5, Signal6, Signal7, Signal8};
@@ -65,11 +65,14 @@ impl Drive<'_> {
         if selects_signal && !is_signal(word) {
             return Err(Abort::Value);
         }
-        self.values.set_word(value, word);
+        let mut values = self.values;
+        values.set_word(value, word);
+        // The server has checked ranges and relations of two objects; this, lists of values.
+        values.check().map_err(|_| Abort::Value)?;
+        self.values = values;
         if value == ObjectValue::Password {
             self.service.password_set();
         }
-        let values = self.values;
         let is_of_motor = matches!(
             value,
             ResistanceOhm

@@ -2,10 +2,12 @@
 //! sender, in order.
 
 use std::collections::VecDeque;
+use std::sync::mpsc::Receiver;
 
 use canopen::CanFrame;
 
 use super::native_node::{NativeNode, PERIOD_US};
+use super::node_fault::Fault;
 
 /// Late control periods that are run after a pause. More are skipped: a suspended computer must not
 /// trigger the command timeout.
@@ -24,6 +26,7 @@ pub enum Port {
 pub struct Bus<'a> {
     nodes: Vec<NativeNode<'a>>,
     queue: VecDeque<(Port, CanFrame)>,
+    faults: Option<Receiver<Fault>>,
 }
 
 impl<'a> Bus<'a> {
@@ -32,9 +35,15 @@ impl<'a> Bus<'a> {
         let mut bus = Self {
             nodes,
             queue: VecDeque::new(),
+            faults: None,
         };
         bus.collect();
         bus
+    }
+
+    /// Faults at run time; of an actuator that does not exist, nothing.
+    pub fn set_faults(&mut self, faults: Receiver<Fault>) {
+        self.faults = Some(faults);
     }
 
     /// Delivers a frame of a client and the responses to it; `monitor` gets each frame with its
@@ -54,6 +63,11 @@ impl<'a> Bus<'a> {
     /// `monitor` gets each frame with its sender.
     pub fn step(&mut self, now_us: u64, mut monitor: impl FnMut(Port, &CanFrame)) {
         self.deliver(&mut monitor);
+        for fault in self.faults.iter().flat_map(Receiver::try_iter) {
+            if let Some(node) = self.nodes.get_mut(fault.node - 1) {
+                node.apply(fault.change);
+            }
+        }
         for node in &mut self.nodes {
             node.step(now_us);
         }

@@ -17,6 +17,7 @@ pub mod mapped;
 pub mod motor_objects;
 pub mod names;
 pub mod native_node;
+pub mod node_fault;
 pub mod scan;
 pub mod sdo;
 pub mod server;

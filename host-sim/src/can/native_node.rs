@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use canopen::{CanFrame, NodeId};
 use firmware::{
     actuator::Actuator,
-    application::Start,
+    application::{BusState, Start},
     drive::StoredParameters,
     native::{bridge, samples},
     store::{self, Flash, Page, Progress, Saver, Status},
@@ -16,6 +16,8 @@ use model_core::{
     parameter::ParameterError,
     plant::board::{BoardPlant, BoardPlantOptions, EncoderWire, SampledBoardPlant, Stuck},
 };
+
+use super::node_fault::{BusFaults, Change};
 
 /// Length of a control period, us.
 pub const PERIOD_US: u64 = model_core::time::CONTROL_PERIOD_US as u64;
@@ -72,6 +74,7 @@ pub struct NativeNode<'a> {
     saver: Saver<StoredParameters>,
     next_us: u64,
     encoder_switch: Arc<AtomicBool>,
+    faults: BusFaults,
 }
 
 impl<'a> NativeNode<'a> {
@@ -101,6 +104,7 @@ impl<'a> NativeNode<'a> {
             flash,
             next_us: PERIOD_US,
             encoder_switch: Arc::default(),
+            faults: BusFaults::default(),
         })
     }
 
@@ -114,12 +118,23 @@ impl<'a> NativeNode<'a> {
 
     /// Receives a frame, at the time of the node's last control period.
     pub fn receive(&mut self, frame: &CanFrame) {
-        self.actuator.receive(frame, self.next_us - PERIOD_US);
+        if !self.faults.is_off {
+            self.actuator.receive(frame, self.next_us - PERIOD_US);
+        }
     }
 
     /// The next frame for the bus.
     pub fn transmit(&mut self) -> Option<CanFrame> {
-        self.actuator.transmit()
+        let now_us = self.next_us - PERIOD_US;
+        if let Some(frame) = self.faults.due(now_us) {
+            return Some(frame);
+        }
+        while let Some(frame) = self.actuator.transmit() {
+            if let Some(frame) = self.faults.pass(frame, now_us) {
+                return Some(frame);
+            }
+        }
+        None
     }
 
     /// Runs a control period if one is due; returns whether it did.
@@ -127,18 +142,25 @@ impl<'a> NativeNode<'a> {
         if now_us < self.next_us {
             return false;
         }
-        let is_broken = self.encoder_switch.load(Relaxed);
+        let is_broken = self.encoder_switch.load(Relaxed) || self.faults.is_encoder_lost;
         self.plant.plant.defects.encoder_wire =
             is_broken.then_some((EncoderWire::Data, Stuck::High));
-        let outputs = self
-            .actuator
-            .step(&samples(&self.plant.sampled()), self.next_us);
+        let mut samples = samples(&self.plant.sampled());
+        if self.faults.is_off {
+            samples.bus = BusState::Off;
+        }
+        let outputs = self.actuator.step(&samples, self.next_us);
         self.next_us += PERIOD_US;
         self.plant.tick(bridge(outputs.bridge), &mut |_, _| {});
         // The virtual bus has no bit rate.
         let _ = self.actuator.device.drive.take_bit_rate();
         self.save();
         true
+    }
+
+    /// Begins or ends a fault.
+    pub fn apply(&mut self, change: Change) {
+        self.faults.apply(change, &mut self.plant.plant.defects);
     }
 
     /// The time of the next control period, us.

@@ -1,7 +1,8 @@
 //! Statusword, following error and demand of an axis.
 
 use super::{Axis, Demand, Input, ModeResult, Output};
-use crate::cia402::{Mode, Motion, Parameters, statusword};
+use crate::cia402::homing::Phase;
+use crate::cia402::{Mode, Motion, Parameters, controlword, statusword};
 
 impl Axis {
     pub(super) fn report(
@@ -28,7 +29,12 @@ impl Axis {
         let mut set = |bit: u16, on: bool| word |= if on { bit } else { 0 };
         set(statusword::VOLTAGE_ENABLED, input.voltage);
         set(statusword::INTERNAL_LIMIT, result.limited);
-        set(statusword::FOLLOWING_ERROR, exceeded);
+        // The same bit.
+        let has_failed = match input.mode {
+            Mode::Homing => matches!(self.homing.phase, Phase::Failed),
+            _ => exceeded,
+        };
+        set(statusword::FOLLOWING_ERROR, has_failed);
         let (reached, mode_12) = self.mode_bits(input, parameters, motion, result);
         set(statusword::TARGET_REACHED, reached);
         set(statusword::MODE_12, mode_12);
@@ -43,6 +49,7 @@ impl Axis {
             statusword: word,
             mode_display: input.mode,
             demand,
+            origin: self.origin,
             following_error: error,
             following_error_exceeded: exceeded,
         }
@@ -75,6 +82,17 @@ impl Axis {
                 let time_ms = parameters.velocity_window_time_ms;
                 let reached = self.reached_timer.step(near, time_ms, period_us);
                 (reached || stopped, zero)
+            }
+            Mode::Homing => match self.homing.phase {
+                // Before its first start bit 10 is not set, as in its course: a client that reads
+                // the word of before the start does not take it for an interruption.
+                Phase::Idle | Phase::Searching(_) => (false, false),
+                Phase::Attained => (self.ramp.is_stationary(), true),
+                Phase::Interrupted | Phase::Failed => (zero, false),
+            },
+            Mode::InterpolatedPosition => {
+                let is_enabled = input.controlword & controlword::INTERPOLATE != 0;
+                (false, runs && is_enabled)
             }
             Mode::CyclicPosition | Mode::CyclicVelocity => {
                 (false, runs && self.has_target && !result.limited)

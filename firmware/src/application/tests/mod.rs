@@ -95,8 +95,20 @@ pub(crate) struct Motor {
 
 impl Motor {
     pub fn new() -> Self {
+        Self::of(without_stop())
+    }
+
+    /// A motor between hard stops at this angle and its opposite.
+    pub fn between_stops(position_limit_deg: f64) -> Self {
+        Self::of(FirstOrderParameters {
+            position_limit_deg,
+            ..FirstOrderParameters::DEFAULT
+        })
+    }
+
+    fn of(parameters: FirstOrderParameters) -> Self {
         Self {
-            plant: FirstOrder::try_new(without_stop(), Pwm::Average).unwrap(),
+            plant: FirstOrder::try_new(parameters, Pwm::Average).unwrap(),
             encoder: Encoder::new(Default::default(), Noise::new(0, 0)),
             duty_pct: 0.0,
             compare: PwmCompare::default(),

@@ -185,7 +185,7 @@ fn relations_between_parameters_are_checked() {
 fn undefined_modes_and_signals_are_refused() {
     let mut bench = Bench::new();
     let none = Err(Abort::Value.code());
-    assert_eq!(bench.try_set(0x6060, 0, 6, 1), none);
+    assert_eq!(bench.try_set(0x6060, 0, 2, 1), none);
     assert_eq!(bench.try_set(0x2031, 1, 200, 1), none);
     bench.set(0x2031, 1, 255, 1);
     assert_eq!(

@@ -1,0 +1,183 @@
+//! The demands of the modes, but for homing.
+
+use super::{Axis, Input, ModeResult};
+use crate::cia402::smooth::SmoothProfile;
+use crate::cia402::{Deceleration, Mode, Parameters, Ramp, controlword};
+
+impl Axis {
+    pub(super) fn run(&mut self, input: &mut Input, parameters: &Parameters) -> ModeResult {
+        if self.mode != Some(input.mode) {
+            self.start_mode(input);
+        } else if input.mode.is_position() {
+            self.has_target |= input.is_new_position;
+        } else {
+            self.has_target |= input.is_new_velocity;
+        }
+        match input.mode {
+            Mode::ProfilePosition => self.profile_position(input, parameters),
+            Mode::ProfileVelocity => self.profile_velocity(input, parameters),
+            Mode::Homing => self.home(input, parameters),
+            Mode::InterpolatedPosition if self.interpolates(input) => {
+                self.cyclic_position(input, parameters)
+            }
+            Mode::CyclicPosition if self.has_target => self.cyclic_position(input, parameters),
+            Mode::CyclicVelocity if self.has_target => self.cyclic_velocity(input, parameters),
+            Mode::None
+            | Mode::InterpolatedPosition
+            | Mode::CyclicPosition
+            | Mode::CyclicVelocity => {
+                if !self.ramp.is_stationary() {
+                    self.decelerate(Deceleration::SlowDown, parameters);
+                }
+                ModeResult {
+                    target: self.ramp.position(),
+                    ..ModeResult::default()
+                }
+            }
+        }
+    }
+
+    /// Whether bit 4 enables the interpolation, and there is a point.
+    fn interpolates(&mut self, input: &Input) -> bool {
+        self.has_target &= input.controlword & controlword::INTERPOLATE != 0;
+        self.has_target
+    }
+
+    fn profile_velocity(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
+        let requested = if self.has_target {
+            input.target_velocity
+        } else {
+            0
+        };
+        let (target, limited) = within_max_velocity(requested, parameters);
+        let limits = parameters.profile(u32::MAX);
+        self.ramp.to_velocity(target, &limits, parameters.period_us);
+        ModeResult {
+            limited,
+            target: requested,
+            ..ModeResult::default()
+        }
+    }
+
+    fn cyclic_velocity(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
+        let requested = input.target_velocity.saturating_add(input.velocity_offset);
+        let (target, limited) = within_max_velocity(requested, parameters);
+        self.ramp.set_velocity(target, parameters.period_us);
+        ModeResult {
+            limited,
+            ..ModeResult::default()
+        }
+    }
+
+    /// Limits the velocity demand toward a position limit, in every motion of a velocity mode;
+    /// returns whether it was changed.
+    pub(super) fn approach_limits(&mut self, input: &Input, parameters: &Parameters) -> bool {
+        let Some((low, high)) = parameters.position_limits else {
+            return false;
+        };
+        let place = i64::from(input.position_actual);
+        let velocity = self.ramp.velocity();
+        let distance = if velocity < 0 {
+            place - i64::from(low)
+        } else {
+            i64::from(high) - place
+        };
+        let fastest = approach_velocity(distance, parameters);
+        let limited = velocity.saturating_abs() > fastest;
+        if limited {
+            self.ramp.limit_velocity(fastest.unsigned_abs());
+        }
+        limited
+    }
+
+    fn profile_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
+        let present = (self.ramp.position(), input.position_actual);
+        let requested = (self.set_points).step(
+            input.controlword,
+            input.target_position,
+            present,
+            parameters,
+        );
+        // Without a set-point the axis stays where the mode started, be it beyond the limits.
+        let (target, limited) = if self.set_points.is_empty() {
+            (requested, false)
+        } else {
+            parameters.within_position_limits(requested)
+        };
+        let limits = parameters.profile(parameters.profile_velocity);
+        let period_us = parameters.period_us;
+        let mut ended = if parameters.smoothing > 1 {
+            let target = (target, parameters.smoothing);
+            let (smooth, ramp) = (&mut self.smooth, &mut self.ramp);
+            SmoothProfile::advance(smooth, ramp, target, &limits, period_us)
+        } else {
+            self.smooth = None;
+            self.ramp.to_position(target, &limits, period_us)
+        };
+        // The next set-point waits for the motor, which may come to rest outside the window.
+        let waits = ended && self.set_points.has_next();
+        let arrival_ms = (parameters.position_window_time_ms).saturating_add(ARRIVAL_MS);
+        let is_late = (self.arrival_timer).step(waits, arrival_ms, period_us);
+        if ended && (!waits || self.is_reached || is_late) {
+            self.set_points.reached();
+            ended = !waits;
+        }
+        ModeResult {
+            limited,
+            ended,
+            target,
+        }
+    }
+
+    fn cyclic_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
+        let (target, limited) = parameters.within_position_limits(input.target_position);
+        if target != self.command {
+            self.command = target;
+            self.steps = parameters
+                .interpolation_us
+                .div_ceil(parameters.period_us.max(1));
+        }
+        let too_fast = self.ramp.interpolate(
+            target,
+            self.steps,
+            parameters.max_velocity,
+            parameters.period_us,
+        );
+        self.steps = self.steps.saturating_sub(1);
+        ModeResult {
+            limited: limited || too_fast,
+            ended: false,
+            target,
+        }
+    }
+}
+
+/// Time in milliseconds, beyond that of the position window, after which a set-point that waits for
+/// the motor starts in any case.
+const ARRIVAL_MS: u16 = 1000;
+
+/// Limits a velocity to 607Fh; returns it and whether it was changed.
+fn within_max_velocity(requested: i32, parameters: &Parameters) -> (i32, bool) {
+    let top = i32::try_from(parameters.max_velocity).unwrap_or(i32::MAX);
+    let velocity = requested.max(-top).min(top);
+    (velocity, velocity != requested)
+}
+
+/// Fractional bits of [`Parameters::approach_gain`].
+const GAIN_BITS: u32 = 10;
+
+/// The highest velocity from which the axis stops before a position limit at this distance, by
+/// deceleration and by gain. 0 beyond the limit.
+fn approach_velocity(distance: i64, parameters: &Parameters) -> i32 {
+    let Ok(distance) = u32::try_from(distance) else {
+        return 0;
+    };
+    let deceleration = (parameters.deceleration).min(parameters.reachable_deceleration);
+    let by_ramp = Ramp::stopping_velocity(distance, deceleration, parameters.period_us);
+    if parameters.approach_gain == 0 {
+        return by_ramp;
+    }
+    // Below 2^32 times 2^32.
+    let by_loop = (u64::from(distance) * u64::from(parameters.approach_gain)) >> GAIN_BITS;
+    by_ramp.min(i32::try_from(by_loop).unwrap_or(i32::MAX))
+}

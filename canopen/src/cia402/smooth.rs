@@ -1,0 +1,77 @@
+//! Jerk-limited profiles: the mean of the last demands of a trapezoidal one.
+//!
+//! A mean over the time `T` changes an acceleration step `a` into a ramp of the acceleration with
+//! the jerk `a/T`. It keeps the limits of velocity and acceleration, cannot overshoot, and ends `T`
+//! after the trapezoidal profile.
+
+use super::ramp::{UNIT, divide};
+use super::{Limits, Parameters, Ramp};
+
+/// The trapezoidal profile and its last positions, rounded to whole units.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct SmoothProfile {
+    profile: Ramp,
+    last: [i32; Parameters::MOST_SMOOTHING as usize],
+    /// Demands of the mean, and the position of the oldest.
+    count: u8,
+    oldest: u8,
+    /// The mean that was returned last.
+    mean: Ramp,
+}
+
+impl SmoothProfile {
+    /// Continues a motion at its present velocity.
+    fn of(motion: Ramp, count: u8, period_us: u32) -> Self {
+        let count = count.clamp(1, Parameters::MOST_SMOOTHING);
+        let step = motion.fine_step(period_us);
+        // The mean lags behind the profile by half of its periods.
+        let ahead = step * i64::from(count - 1) / 2;
+        let mut last = [0; Parameters::MOST_SMOOTHING as usize];
+        let newest = motion.fine_position() + ahead;
+        for (place, age) in last.iter_mut().zip((0..i64::from(count)).rev()) {
+            *place = motion.at_fine(newest - age * step).position();
+        }
+        Self {
+            profile: motion.at_fine(newest),
+            last,
+            count,
+            oldest: 0,
+            mean: motion,
+        }
+    }
+
+    /// Advances a motion one period toward a position, as [`Ramp::to_position`] does; returns
+    /// whether it is reached. A motion that something else has moved meanwhile goes on from there.
+    ///
+    /// Not inlined: a trapezoidal profile does not pay for it.
+    #[inline(never)]
+    pub fn advance(
+        smooth: &mut Option<Self>,
+        motion: &mut Ramp,
+        (target, count): (i32, u8),
+        limits: &Limits,
+        period_us: u32,
+    ) -> bool {
+        let continued = smooth.filter(|it| it.mean == *motion && it.count == count);
+        let mut next = continued.unwrap_or_else(|| Self::of(*motion, count, period_us));
+        let is_reached = next.profile.to_position(target, limits, period_us);
+        let place = next.profile.position();
+        if let Some(oldest) = next.last.get_mut(usize::from(next.oldest)) {
+            *oldest = place;
+        }
+        next.oldest = if next.oldest + 1 < next.count {
+            next.oldest + 1
+        } else {
+            0
+        };
+        let in_use = || next.last.iter().take(usize::from(next.count));
+        // Below 20 times 2^31 times 10^6.
+        let sum: i64 = in_use().map(|place| i64::from(*place)).sum();
+        let mean = divide(sum * UNIT, u32::from(next.count));
+        motion.follow(mean, period_us);
+        let has_ended = is_reached && in_use().all(|it| *it == place);
+        next.mean = *motion;
+        *smooth = Some(next);
+        has_ended
+    }
+}

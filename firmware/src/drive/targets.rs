@@ -1,0 +1,141 @@
+//! The target positions: what the objects 607Ah, 60B0h and 60C1h of each mode become.
+//!
+//! The points of the interpolated position mode wait here, and one is posted in each interpolation
+//! period: the loop moves to each within that time. It begins once two wait, or one has waited for
+//! a period: a master whose points come early or late by less than a period makes no pause.
+
+use canopen::cia402::Mode;
+
+/// Points of the buffer, 60C4h:1.
+const POINTS: usize = 16;
+
+/// Target positions and points, as the axis counts them, mdeg.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Targets {
+    /// 607Ah.
+    pub position: i32,
+    /// 60B0h.
+    pub offset: i32,
+    /// 60C1h:1, written last.
+    pub point: i32,
+    points: [i32; POINTS],
+    /// The number of points, the oldest first.
+    waiting: usize,
+    /// Time until the next point is due, us; `None` before the first.
+    due_us: Option<i32>,
+    /// For how long the first point has waited, us.
+    waited_us: i32,
+}
+
+impl Targets {
+    /// The target position of a mode; `None` in the interpolated position mode, whose points are
+    /// targets when they are due.
+    pub fn of_mode(&self, mode: Mode) -> Option<i32> {
+        match mode {
+            Mode::InterpolatedPosition => None,
+            Mode::CyclicPosition => Some(self.position.saturating_add(self.offset)),
+            _ => Some(self.position),
+        }
+    }
+
+    /// Points that wait.
+    pub fn waiting(&self) -> usize {
+        self.waiting
+    }
+
+    /// Appends a point; returns false, without effect, if the buffer is full.
+    #[must_use]
+    pub fn append(&mut self, point: i32) -> bool {
+        let free = self.points.get_mut(self.waiting);
+        let is_accepted = free.map(|free| *free = point).is_some();
+        if is_accepted {
+            self.waiting += 1;
+            self.point = point;
+        }
+        is_accepted
+    }
+
+    /// Discards the points.
+    pub fn clear(&mut self) {
+        (self.waiting, self.due_us, self.waited_us) = (0, None, 0);
+    }
+
+    /// Time passes while the loop interpolates; returns the point that is due.
+    pub fn next(&mut self, passed_us: i32, period_us: i32) -> Option<i32> {
+        let due_us = match self.due_us {
+            Some(due_us) => due_us.saturating_sub(passed_us),
+            None if self.waiting == 0 => return None,
+            None => {
+                self.waited_us = self.waited_us.saturating_add(passed_us);
+                let is_enough = self.waiting > 1 || self.waited_us > period_us;
+                if is_enough { 0 } else { 1 }
+            }
+        };
+        if due_us > 0 {
+            self.due_us = self.due_us.map(|_| due_us);
+            return None;
+        }
+        self.waited_us = 0;
+        let next = self.points.first().copied().filter(|_| self.waiting > 0);
+        if next.is_some() {
+            self.points.rotate_left(1);
+            self.waiting -= 1;
+        }
+        self.due_us = next.map(|_| due_us.saturating_add(period_us));
+        next
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use std::vec::Vec;
+
+    /// The points that are due in control periods of 4 ms, for a master that writes in some.
+    fn due(written: &[usize], periods: usize) -> Vec<(usize, i32)> {
+        let mut targets = Targets::default();
+        let mut due = Vec::new();
+        for at in 0..periods {
+            if let Some(number) = written.iter().position(|period| *period == at) {
+                assert!(targets.append(number as i32));
+            }
+            due.extend(targets.next(4_000, 20_000).map(|point| (at, point)));
+        }
+        due
+    }
+
+    #[test]
+    fn points_that_come_early_or_late_are_due_in_equal_intervals() {
+        let due = due(&[0, 5, 14, 16, 20, 29, 31], 45);
+        let expected: Vec<_> = (0..7).map(|point| (5 + 5 * point, point as i32)).collect();
+        assert_eq!(due, expected);
+    }
+
+    #[test]
+    fn one_point_waits_for_a_period_and_a_gap_begins_anew() {
+        assert_eq!(due(&[0, 20, 22], 40), [(5, 0), (22, 1), (27, 2)]);
+    }
+
+    #[test]
+    fn a_full_buffer_refuses_a_point_and_can_be_cleared() {
+        let mut targets = Targets::default();
+        assert!((0..POINTS as i32).all(|point| targets.append(point)));
+        assert!(!targets.append(16));
+        assert_eq!((targets.waiting(), targets.point), (16, 15));
+        targets.clear();
+        assert_eq!((targets.waiting(), targets.next(4_000, 20_000)), (0, None));
+    }
+
+    #[test]
+    fn the_offset_counts_in_the_cyclic_mode_only() {
+        let targets = Targets {
+            position: 100,
+            offset: i32::MAX,
+            ..Targets::default()
+        };
+        assert_eq!(targets.of_mode(Mode::ProfilePosition), Some(100));
+        assert_eq!(targets.of_mode(Mode::CyclicPosition), Some(i32::MAX));
+        assert_eq!(targets.of_mode(Mode::InterpolatedPosition), None);
+    }
+}
