@@ -64,6 +64,7 @@ impl State {
             self.axis.reset_demand(thousandths(command), rate_mdeg_s);
         }
         let input = self.input(parameters, is_new_position, is_new_velocity);
+        let of_encoder = input.position_actual;
         let output = self.axis.step(input, &parameters.axis);
         self.motion.state = output.state;
         let limits = self.application.telemetry().limits;
@@ -78,7 +79,7 @@ impl State {
         self.motion.following_error_mdeg = output.following_error;
         self.motion.is_powered = output.demand != Demand::Off;
         self.motion.origin_mdeg = output.origin;
-        let actual = self.angle_mdeg().saturating_add(output.origin);
+        let actual = of_encoder.saturating_add(output.origin);
         (self.motion.position_mdeg, self.motion.velocity_mdeg_s) = match output.demand {
             Demand::Off => (actual, 0),
             Demand::Position { position, velocity } => (position, velocity),
