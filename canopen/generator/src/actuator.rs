@@ -12,7 +12,7 @@ use crate::{
 const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
 
 /// The groups of stored fields: path, type and content.
-const GROUPS: [Group; 18] = [
+const GROUPS: [Group; 19] = [
     Group::new(
         StorageLocation::Parameters,
         "command",
@@ -120,6 +120,12 @@ const GROUPS: [Group; 18] = [
         "service",
         "ServiceSettings",
         "Access for service.",
+    ),
+    Group::new(
+        StorageLocation::Values,
+        "dronecan",
+        "DronecanSettings",
+        "Settings of the DroneCAN node.",
     ),
 ];
 
