@@ -73,7 +73,7 @@ const ENTRIES: [Entry; COUNT] = {
 };
 
 /// The location of each entry.
-static LOCATIONS: [Location; COUNT] = {
+pub(crate) static LOCATIONS: [Location; COUNT] = {
     let mut locations = [Location::Server; COUNT];
     let mut at = 0;
     while at < COUNT {

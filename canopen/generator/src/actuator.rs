@@ -127,6 +127,12 @@ const GROUPS: [Group; 19] = [
         "ServiceSettings",
         "Access for service.",
     ),
+    Group::new(
+        StorageLocation::Values,
+        "dronecan",
+        "DronecanSettings",
+        "Settings of the DroneCAN node.",
+    ),
 ];
 
 /// The entries of the board's object dictionary.

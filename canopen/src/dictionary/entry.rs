@@ -189,6 +189,15 @@ impl Entry {
         }
     }
 
+    /// The smallest and the greatest value, if they are limited, as [`Limits`] has them.
+    #[must_use]
+    pub const fn limit_words(&self) -> Option<(u32, u32)> {
+        match self.limits {
+            Some(Limits { minimum, maximum }) => Some((*minimum, *maximum)),
+            None => None,
+        }
+    }
+
     /// Limits, if any, in the order of [`DataType::ordered`].
     pub(crate) const fn ordered_limits(&self) -> Option<(i32, i32)> {
         let Some(Limits { minimum, maximum }) = self.limits else {
@@ -206,7 +215,9 @@ impl Entry {
         matches!(self.access, Access::Write | Access::ReadWrite)
     }
 
-    pub(crate) const fn is_guarded(&self) -> bool {
+    /// Whether the application may refuse writes: [`Entry::guarded`].
+    #[must_use]
+    pub const fn is_guarded(&self) -> bool {
         self.is_guarded
     }
 }

@@ -19,6 +19,7 @@ use crate::output::print;
 #[cfg(unix)]
 use crate::terminal;
 use host_sim::can::bus::Bus;
+use host_sim::can::multicast;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
 #[cfg(unix)]
 use host_sim::can::server::Terminal;
@@ -34,8 +35,9 @@ use host_sim::can::server::{Notice, Server};
 /// line of the communication board, which has one client at a time: further ones are refused. With
 /// --boot-elf the boards start through the bootloader, and `actuator update` works on them.
 ///
-/// With `--protocol` the server runs servos on a serial bus instead, for the libraries of their
-/// makers.
+/// With `--protocol dronecan` the actuators are DroneCAN nodes, which the network gives their
+/// node-IDs. With another protocol the server runs servos on a serial bus instead, for the libraries
+/// of their makers.
 #[derive(Debug, Args)]
 pub struct Serve {
     /// Address and port of the server; port 0 selects a free one
@@ -85,6 +87,9 @@ pub struct Serve {
     comm_elf: Option<PathBuf>,
     #[command(flatten)]
     servos: Servos,
+    /// Also provides the bus with this number by UDP multicast, as the simulator of ArduPilot does
+    #[arg(long, value_name = "BUS", conflicts_with = "elf", value_parser = clap::value_parser!(u8).range(0..=9))]
+    multicast: Option<u8>,
     /// Makes this path a link to the pseudo-terminal, until the end
     #[cfg(unix)]
     #[arg(long, value_name = "PATH", requires = "pty", conflicts_with = "elf")]
@@ -102,6 +107,7 @@ impl Serve {
     /// For an address that is not available.
     pub fn run(&self) -> Result<(), Error> {
         let stop = interrupt::stop()?;
+        self.check()?;
         if let (Some(actuator), Some(comm)) = (&self.elf, &self.comm_elf) {
             return self.emulate(actuator, comm, &stop);
         }
@@ -117,6 +123,9 @@ impl Serve {
         }
         let mut buffers = vec![vec![0; CAPTURE_VALUES]; usize::from(self.nodes)];
         let nodes = (1..).zip(&mut buffers).map(|(number, buffer)| {
+            if self.servos.is_dronecan() {
+                return NativeNode::with_dronecan(number, &self.plant_options(number), buffer);
+            }
             let node_id = NodeId::new(number).filter(|_| !self.unconfigured);
             NativeNode::new(
                 u32::from(number),
@@ -140,8 +149,38 @@ impl Serve {
             return run(&mut server, None, &stop, &address);
         }
         let (listener, address) = self.listen()?;
+        let multicast = self.multicast.map(|bus| multicast::join(bus, &address));
+        multicast.transpose().map_err(|source| Error::Serve {
+            address: "the multicast group".into(),
+            source,
+        })?;
         self.ready(&address)?;
         run(&mut server, Some(listener), &stop, &address)
+    }
+
+    /// Options that contradict each other.
+    fn check(&self) -> Result<(), Error> {
+        if self.servos.is_serial() && (self.elf.is_some() || self.seed.is_some()) {
+            return Err(Error::Conflict(
+                "--elf and --seed concern actuators, and this protocol has servos".into(),
+            ));
+        }
+        if self.multicast.is_some() && (self.servos.is_serial() || self.is_terminal()) {
+            return Err(Error::Conflict(
+                "--multicast needs a CAN bus, and a server at --listen".into(),
+            ));
+        }
+        Ok(())
+    }
+
+    #[cfg(unix)]
+    fn is_terminal(&self) -> bool {
+        self.pty
+    }
+
+    #[cfg(not(unix))]
+    fn is_terminal(&self) -> bool {
+        false
     }
 
     /// A pseudo-terminal, its address, and the link to it.
@@ -173,7 +212,9 @@ impl Serve {
             flash: self.flash.as_deref(),
         };
         let faults = self.faults.as_deref().map(crate::board::plan).transpose()?;
-        let programs = Programs::read(actuator, comm, &boot, faults.unwrap_or_default())?;
+        let has_dronecan = self.servos.is_dronecan();
+        let faults = faults.unwrap_or_default();
+        let programs = Programs::read(actuator, comm, &boot, faults, has_dronecan)?;
         let plants: Vec<_> = (1..=self.nodes)
             .map(|number| self.plant_options(number))
             .collect();
@@ -234,6 +275,7 @@ impl Serve {
 
     fn ready_line(&self, address: &str) -> String {
         let ids = match (self.unconfigured, self.nodes) {
+            _ if self.servos.is_dronecan() => "with DroneCAN, actuator-IDs from 1".to_owned(),
             (true, _) => "without node-IDs".to_owned(),
             (_, 1) => "with node-ID 1".to_owned(),
             (_, most) => format!("with node-IDs 1 to {most}"),

@@ -22,12 +22,16 @@ use crate::output::print;
 /// Bit rate of the line: that of the STS series, and the usual one of the X series.
 const BIT_S: u64 = 1_000_000;
 
+/// The protocol of actuators, in place of CANopen.
+const DRONECAN: &str = "dronecan";
+
 /// Servos in place of actuators.
 #[derive(Debug, Args)]
 pub struct Servos {
-    /// Servos of this model on a serial bus at 1 Mbit/s, with IDs from 1
-    #[arg(long, value_name = "MODEL", value_parser = PossibleValuesParser::new(NAMES),
-        conflicts_with_all = ["elf", "unconfigured", "seed"])]
+    /// DroneCAN on the CAN bus, with actuator-IDs from 1; or servos of a model on a serial bus at
+    /// 1 Mbit/s, with IDs from 1
+    #[arg(long, value_name = "PROTOCOL", conflicts_with = "unconfigured",
+        value_parser = PossibleValuesParser::new(NAMES.into_iter().chain([DRONECAN])))]
     protocol: Option<String>,
     /// Resistance of supply and cable that the servos share, ohm
     #[arg(long, value_name = "OHM", default_value_t = 0.0, requires = "protocol")]
@@ -48,6 +52,16 @@ pub struct Serving {
 }
 
 impl Servos {
+    /// Whether the actuators have DroneCAN.
+    pub fn is_dronecan(&self) -> bool {
+        self.protocol.as_deref() == Some(DRONECAN)
+    }
+
+    /// Whether there are servos on a serial bus, and no actuators.
+    pub fn is_serial(&self) -> bool {
+        self.protocol.is_some() && !self.is_dronecan()
+    }
+
     /// Servos, if they are asked for.
     ///
     /// # Errors

@@ -58,10 +58,12 @@ pub struct Programs {
     faults: Vec<Planned>,
     chip: ChipKind,
     comm: Firmware,
+    has_dronecan: bool,
 }
 
 impl Programs {
-    /// Reads the ELF files. The faults are those of the first board.
+    /// Reads the ELF files. The faults are those of the first board. The protocol of the boards is
+    /// CANopen or DroneCAN.
     ///
     /// # Errors
     /// For a file that is not the program of its board.
@@ -70,6 +72,7 @@ impl Programs {
         comm: &Path,
         boot: &BootOptions<'_>,
         faults: Vec<Planned>,
+        has_dronecan: bool,
     ) -> Result<Self, Error> {
         let board = |error: FirmwareError| Error::Board(error.to_string());
         let (program, comm) = (firmware(actuator)?, firmware(comm)?);
@@ -81,6 +84,7 @@ impl Programs {
             faults,
             chip,
             comm,
+            has_dronecan,
         })
     }
 }
@@ -155,7 +159,7 @@ fn run_actuator(
     connection: BusConnection,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
-    let contents = identity(programs.chip, number);
+    let contents = identity(programs, number);
     let boot = programs.boot.as_ref();
     let options = Options {
         chip: programs.chip,
@@ -203,12 +207,18 @@ fn run_actuator(
 
 /// Memory contents that set the number of a board: stored parameters, in the first sector of bank 2
 /// of either chip, and device identifier.
-fn identity(chip: ChipKind, number: i32) -> Vec<(u64, Vec<u8>)> {
+fn identity(programs: &Programs, number: i32) -> Vec<(u64, Vec<u8>)> {
     let mut parameters = StoredParameters::DEFAULT;
     parameters.board.bus.node_id = number;
+    if programs.has_dronecan {
+        parameters = parameters.with_dronecan(number as u8);
+    }
     let bytes = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let page = Sector::of_number(12).map(|sector| (sector.base, bytes(&first_page(&parameters))));
-    let id = (unique_id(chip), bytes(&[number.cast_unsigned(), 0, 0]));
+    let id = (
+        unique_id(programs.chip),
+        bytes(&[number.cast_unsigned(), 0, 0]),
+    );
     page.into_iter().chain([id]).collect()
 }
 

@@ -1,4 +1,4 @@
-//! The CANopen node and the drive together.
+//! The node on the bus, CANopen or DroneCAN, and the drive together.
 
 use canopen::dictionary::Address;
 use canopen::{BusEvent, Node, NodeId};
@@ -20,6 +20,8 @@ pub const TPDOS: usize = 4;
 #[derive(Debug)]
 pub struct Device<'a> {
     node: Node<RPDOS, TPDOS>,
+    /// The node on the bus in place of the former.
+    dronecan: Option<dronecan::Node>,
     /// The drive.
     pub drive: Drive<'a>,
     /// The node was informed that the bus is off.
@@ -62,8 +64,10 @@ impl<'a> Device<'a> {
     ) -> Self {
         let mut drive = Drive::new(stored, buffer);
         let node = Node::new(&DICTIONARY, node_id, &mut drive, now_us);
+        let dronecan = (stored.has_dronecan()).then(|| drive.start_dronecan(now_us));
         Self {
             node,
+            dronecan,
             drive,
             is_bus_off: false,
             error_free_periods: None,
@@ -73,13 +77,21 @@ impl<'a> Device<'a> {
         }
     }
 
-    /// The node.
+    /// The CANopen node.
     pub fn node(&self) -> &Node<RPDOS, TPDOS> {
         &self.node
     }
 
+    /// The DroneCAN node, if that is the one on the bus.
+    pub fn dronecan(&self) -> Option<&dronecan::Node> {
+        self.dronecan.as_ref()
+    }
+
     /// Takes a frame from the bus.
     pub fn receive(&mut self, frame: &impl Frame, now_us: u64) {
+        if let Some(node) = &mut self.dronecan {
+            return node.receive(frame, now_us, &mut self.drive);
+        }
         self.update_node_id();
         self.drive.has_queued = false;
         self.node.receive(frame, now_us, &mut self.drive);
@@ -87,7 +99,10 @@ impl<'a> Device<'a> {
 
     /// The next frame for the bus, if there is one.
     pub fn transmit<F: Frame>(&mut self) -> Option<F> {
-        self.node.transmit(&mut self.drive)
+        match &mut self.dronecan {
+            Some(node) => node.transmit(),
+            None => self.node.transmit(&mut self.drive),
+        }
     }
 
     /// Frames with process data were discarded because they had waited for the bus too long: those
@@ -107,6 +122,14 @@ impl<'a> Device<'a> {
 
     /// Does what is due on the network. To be called at least once in a control period.
     pub fn communicate(&mut self, now_us: u64) {
+        if let Some(node) = &mut self.dronecan {
+            self.drive.install_if_asked();
+            if node.tick(now_us, &mut self.drive) {
+                self.drive.power_on();
+                *node = self.drive.start_dronecan(now_us);
+            }
+            return;
+        }
         self.report_faults();
         self.report_bus();
         let statusword = self.drive.statusword();

@@ -169,7 +169,7 @@ impl Drive<'_> {
     }
 
     /// The error code of the fault that was latched first.
-    fn error_code(&self) -> u16 {
+    pub(super) fn error_code(&self) -> u16 {
         let first = self.outputs.fault;
         first.map_or(0, |fault| emergency::code(fault).0)
     }
@@ -183,7 +183,7 @@ impl Drive<'_> {
     }
 
     /// In thousandths.
-    fn permille_of_rated_current(&self, current_ma: i32) -> i32 {
+    pub(super) fn permille_of_rated_current(&self, current_ma: i32) -> i32 {
         let rated_ma = self.parameters().current.rated_ma;
         // Within 1650 times 1000.
         let share = current_ma.saturating_mul(1000).checked_div(rated_ma);

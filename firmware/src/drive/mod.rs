@@ -17,6 +17,7 @@
 
 mod commands;
 mod device;
+mod dronecan;
 mod emergency;
 mod measured;
 mod model;

@@ -88,6 +88,20 @@ impl StoredParameters {
         has_communication: false,
     };
 
+    /// These parameters, with DroneCAN on the bus: the actuator of this number, whose node-ID the
+    /// network allocates.
+    #[must_use]
+    pub const fn with_dronecan(mut self, actuator_id: u8) -> Self {
+        self.values.dronecan.protocol = DRONECAN;
+        self.values.dronecan.actuator_id = actuator_id;
+        self
+    }
+
+    /// Whether DroneCAN is on the bus, and not CANopen.
+    pub(super) const fn has_dronecan(&self) -> bool {
+        self.values.dronecan.protocol == DRONECAN
+    }
+
     /// The values of objects.
     pub(crate) fn values(&self) -> &ObjectValues {
         &self.values
@@ -135,8 +149,8 @@ impl StoredParameters {
         }
     }
 
-    /// Restores the defaults of a group; node-ID and bit rate stay, or a client would lose the
-    /// device, and so does the service password.
+    /// Restores the defaults of a group; node-ID, bit rate and protocol stay, or a client would lose
+    /// the device, and so does the service password.
     pub(super) fn restore(&mut self, group: ParameterGroup) {
         if group.has_communication() {
             self.has_communication = false;
@@ -148,11 +162,15 @@ impl StoredParameters {
             };
             self.values = ObjectValues {
                 service: self.values.service,
+                dronecan: self.values.dronecan,
                 ..ObjectValues::DEFAULT
             };
         }
     }
 }
+
+/// The number of the protocol DroneCAN, object 2102h:3.
+const DRONECAN: u8 = 1;
 
 /// Stored instead of a COB-ID that follows the node-ID as in the dictionary; no valid COB-ID has
 /// all bits set.

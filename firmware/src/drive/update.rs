@@ -154,6 +154,8 @@ pub(super) struct Update<'a> {
     /// Where in the image the next download begins, and where the present one began.
     next_offset: u32,
     offset: u32,
+    /// The image is installed as soon as it is staged and the drive is at rest without power.
+    is_to_install: bool,
 }
 
 impl<'a> Update<'a> {
@@ -165,6 +167,7 @@ impl<'a> Update<'a> {
         kept: Kept::Nothing,
         next_offset: 0,
         offset: 0,
+        is_to_install: false,
     };
 
     /// A download begins.
@@ -183,6 +186,7 @@ impl<'a> Update<'a> {
         self.error = Error::None;
         self.kept = Kept::Nothing;
         self.offset = offset;
+        self.is_to_install = false;
         Ok(())
     }
 
@@ -272,6 +276,18 @@ impl<'a> Update<'a> {
         })
     }
 
+    /// The image that was received is to be installed.
+    pub fn install_when_possible(&mut self) {
+        self.is_to_install = true;
+    }
+
+    /// Whether an image is being received or installed.
+    pub fn is_updating(&self) -> bool {
+        self.is_to_install
+            || !matches!(self.phase, Phase::Idle)
+            || matches!(self.request, Request::Install | Request::Restart(_))
+    }
+
     /// What the program of the board shall do, once.
     fn take_order(&mut self) -> Option<UpdateOrder<'a>> {
         match core::mem::replace(&mut self.phase, Phase::Idle) {
@@ -314,6 +330,7 @@ impl<'a> Drive<'a> {
             Err(StageError::Flash) => Error::Write,
         };
         self.update.kept = Kept::Nothing;
+        self.update.is_to_install = false;
     }
 
     /// The end of [`UpdateOrder::Confirm`]. A record that cannot be written is tried again.
@@ -388,6 +405,13 @@ impl<'a> Drive<'a> {
         Ok(())
     }
 
+    /// Requests the installation that was asked for in advance, once it is possible.
+    pub(super) fn install_if_asked(&mut self) {
+        if self.update.is_to_install && !self.is_driving() && self.install().is_ok() {
+            self.update.is_to_install = false;
+        }
+    }
+
     /// All bytes of an image are there.
     pub(super) fn end_download(&mut self, size: u32) -> Poll<Result<(), Abort>> {
         Poll::Ready(self.update.end(&mut self.capture, size))
@@ -405,6 +429,12 @@ impl<'a> Drive<'a> {
     /// Object 2104h:3.
     pub(super) fn download_offset(&self) -> u32 {
         self.update.next_offset
+    }
+
+    /// Major and minor version of the program; 0.0 for one without bootloader.
+    pub(super) fn program_version(&self) -> (u8, u8) {
+        let Version(version) = self.update.slots.map_or(Version(0), |slots| slots.version);
+        ((version >> 24) as u8, (version >> 12) as u8)
     }
 
     /// Object 1F56h.

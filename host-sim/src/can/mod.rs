@@ -15,6 +15,7 @@ pub mod fault_history;
 pub mod link;
 pub mod mapped;
 pub mod motor_objects;
+pub mod multicast;
 pub mod names;
 pub mod native_node;
 pub mod node_fault;

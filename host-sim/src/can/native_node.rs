@@ -1,4 +1,4 @@
-//! An actuator that runs natively: the firmware's application and its CANopen device around the
+//! An actuator that runs natively: the firmware's application and its device on the bus around the
 //! plant.
 
 use std::sync::Arc;
@@ -89,12 +89,36 @@ impl<'a> NativeNode<'a> {
         options: &BoardPlantOptions,
         buffer: &'a mut [i32],
     ) -> Result<Self, ParameterError> {
-        let flash = Memory::erased();
-        let loaded = store::load::<StoredParameters>(&flash);
         let mut set = StoredParameters::DEFAULT;
         if let Some(id) = node_id {
             set.board.bus.node_id = i32::from(id.get());
         }
+        Self::of(set, serial_number, node_id, options, buffer)
+    }
+
+    /// As [`NativeNode::new`], with DroneCAN: the actuator of this number, which is its serial
+    /// number too.
+    ///
+    /// # Errors
+    /// For a parameter of the plant that is out of range.
+    pub fn with_dronecan(
+        number: u8,
+        options: &BoardPlantOptions,
+        buffer: &'a mut [i32],
+    ) -> Result<Self, ParameterError> {
+        let set = StoredParameters::DEFAULT.with_dronecan(number);
+        Self::of(set, number.into(), None, options, buffer)
+    }
+
+    fn of(
+        set: StoredParameters,
+        serial_number: u32,
+        node_id: Option<NodeId>,
+        options: &BoardPlantOptions,
+        buffer: &'a mut [i32],
+    ) -> Result<Self, ParameterError> {
+        let flash = Memory::erased();
+        let loaded = store::load::<StoredParameters>(&flash);
         let mut actuator = Actuator::with_node_id(set, Start::default(), buffer, 0, node_id);
         actuator.device.drive.diagnostics.serial_number = serial_number;
         Ok(Self {

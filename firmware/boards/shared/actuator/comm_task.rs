@@ -90,7 +90,7 @@ impl CommTask {
         self.forward_bit_rate();
         // Only a service, or its end, changes the identifiers.
         if has_service || self.identity() != identity {
-            self.accepted_ids = AcceptedIds::new(self.device.node().identifiers());
+            self.accepted_ids = AcceptedIds::of(self.device);
         }
         // In every cycle: it restores a register that has changed.
         self.acceptance.set(&self.accepted_ids);
@@ -98,10 +98,11 @@ impl CommTask {
         self.queues.to_transmit.len() > 0 || self.queues.process_data.len() > 0
     }
 
-    /// NMT state and node-ID.
-    fn identity(&self) -> (NmtState, Option<NodeId>) {
+    /// NMT state and node-ID, with CANopen or with DroneCAN.
+    fn identity(&self) -> (NmtState, Option<NodeId>, Option<u8>) {
         let node = self.device.node();
-        (node.state(), node.node_id())
+        let dronecan = self.device.dronecan().and_then(|node| node.node_id());
+        (node.state(), node.node_id(), dronecan)
     }
 
     /// Time of a PWM period from its number, which has 31 bits and wraps.
@@ -115,12 +116,16 @@ impl CommTask {
 
     /// Processes the next received frame. Process data, which commands the drive at once, is
     /// applied twice from the same commands, each time read from the queue: if the results differ,
-    /// a frame would act that no master has sent. Returns whether the frame is process data.
+    /// a frame would act that no master has sent. A frame of
+    /// DroneCAN, which may be a part of a transfer, is processed once. Returns whether the frame is process data.
     fn receive(&mut self, now_us: u64) -> bool {
         let commands = self.device.drive.messages.commands;
+        let is_canopen = self.device.dronecan().is_none();
         let process_data = self.queues.received.peek().filter(|f| is_process_data(f));
         let is_process_data = process_data.is_some();
-        let repeated = process_data.filter(|frame| !self.device.node().is_sync(frame.id()));
+        let repeated = process_data
+            .filter(|_| is_canopen)
+            .filter(|frame| !self.device.node().is_sync(frame.id()));
         let is_repeated = repeated.is_some();
         if let Some(frame) = repeated {
             self.device.receive(frame, now_us);

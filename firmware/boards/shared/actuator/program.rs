@@ -188,7 +188,7 @@ macro_rules! actuator_program {
                     device.drive.set_slots(slots);
                 }
 
-                let initial_ids = AcceptedIds::new(device.node().identifiers());
+                let initial_ids = AcceptedIds::of(device);
                 let (can, can_receiver, acceptance) = Can::new(peripherals.can, &initial_ids);
                 let can = CanController::new(can, bus.bit_rate_kbit_s as u16, ends.controller);
                 let messages = &device.drive.messages;

@@ -1,7 +1,7 @@
 //! The list of the identifiers that a node receives.
 
 use embedded_can::{ExtendedId, Id, StandardId};
-use firmware::drive::{RPDOS, TPDOS};
+use firmware::drive::{Device, RPDOS, TPDOS};
 
 /// Bits of a word that give the kind of the frame.
 const REMOTE: u32 = 1 << 1;
@@ -12,6 +12,8 @@ const EXTENDED: u32 = 1 << 2;
 pub struct AcceptedIds {
     words: [u32; Self::MAXIMUM],
     count: usize,
+    /// Every other word is the mask of the one before.
+    has_masks: bool,
 }
 
 impl AcceptedIds {
@@ -23,12 +25,35 @@ impl AcceptedIds {
         let mut accepted = Self {
             words: [0; Self::MAXIMUM],
             count: 0,
+            has_masks: false,
         };
         for (word, identifier) in accepted.words.iter_mut().zip(identifiers) {
             *word = filter_word(identifier);
             accepted.count += 1;
         }
         accepted
+    }
+
+    /// What a device receives: a list of identifiers with CANopen, identifiers and masks with
+    /// DroneCAN.
+    pub fn of(device: &Device<'_>) -> Self {
+        let Some(node) = device.dronecan() else {
+            return Self::new(device.node().identifiers());
+        };
+        let pairs = node.filters().into_iter().flat_map(|(id, mask)| {
+            let mask = ExtendedId::new(mask).unwrap_or(ExtendedId::MAX);
+            // The mask compares the kind of the frame too.
+            [(Id::Extended(id), false), (Id::Extended(mask), true)]
+        });
+        Self {
+            has_masks: true,
+            ..Self::new(pairs)
+        }
+    }
+
+    /// Whether every other word is a mask; this remains until a restart.
+    pub fn has_masks(&self) -> bool {
+        self.has_masks
     }
 
     /// A word for each identifier, as a filter of bxCAN in list mode has it (RM0090, figure 342):

@@ -4,6 +4,7 @@ extern crate std;
 
 mod bus_errors;
 mod current;
+mod dronecan;
 mod enabling;
 mod events;
 mod failsafe;

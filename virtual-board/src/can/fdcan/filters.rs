@@ -1,10 +1,12 @@
-//! Filters (RM0433, chapter 56): elements with two identifiers, which go to FIFO 0.
+//! Filters (RM0433, chapter 56): elements with two identifiers, or with an extended identifier and a
+//! mask, which go to FIFO 0.
 
 use super::super::{Frame, Id};
 use super::memory::MessageRam;
 
-/// Type of an element with two identifiers.
+/// Types of an element: two identifiers, or an identifier and its mask.
 const PAIR: u32 = 0b01;
+const MASK: u32 = 0b10;
 
 /// Configuration that stores to FIFO 0.
 const TO_FIFO_0: u32 = 0b001;
@@ -37,7 +39,12 @@ impl Filters {
                 (0..count).any(|element| {
                     let [first, second] = [0, 4].map(|word| ram.word(start + 8 * element + word));
                     let ids = [first & 0x1fff_ffff, second & 0x1fff_ffff];
-                    second >> 30 == PAIR && first >> 29 == TO_FIFO_0 && ids.contains(&id)
+                    let is_accepted = match second >> 30 {
+                        PAIR => ids.contains(&id),
+                        MASK => (ids[0] ^ id) & ids[1] == 0,
+                        _ => false,
+                    };
+                    first >> 29 == TO_FIFO_0 && is_accepted
                 })
             }
         }

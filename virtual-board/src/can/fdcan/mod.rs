@@ -1,9 +1,9 @@
 //! The controller FDCAN of the STM32H7 (RM0433, chapter 56) for classical CAN: dedicated transmit
-//! buffers, receive FIFO 0, filters with two identifiers, error counters, bus-off and its recovery,
-//! both interrupt lines, bus monitoring and loop-back mode.
+//! buffers, receive FIFO 0, filters with two identifiers or with an extended one and a mask, error
+//! counters, bus-off and its recovery, both interrupt lines, bus monitoring and loop-back mode.
 //!
 //! Not modelled, and reported when the program selects it: CAN FD, transmit FIFO and queue, receive
-//! FIFO 1 and buffers, time stamps, range and mask filters, messages other than of eight bytes.
+//! FIFO 1 and buffers, time stamps, other filters, messages other than of eight bytes.
 
 mod device;
 mod filters;

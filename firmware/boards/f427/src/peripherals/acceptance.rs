@@ -1,5 +1,5 @@
-//! Acceptance filter of the CAN controller: 14 filter banks as one list of 28 identifiers (RM0090,
-//! section 32.7.4).
+//! Acceptance filter of the CAN controller: 14 filter banks as one list of 28 identifiers, or of 14
+//! identifiers with masks (RM0090, section 32.7.4).
 
 use drivers::can::AcceptedIds;
 
@@ -14,11 +14,16 @@ pub struct Acceptance(CAN1);
 
 impl Acceptance {
     /// The filter after a reset, while its initialisation mode is on: frames with these identifiers
-    /// go to FIFO 0, all others are rejected.
+    /// go to FIFO 0, all others are rejected. It has masks as long as the first list has.
     pub fn new(can: CAN1, accepted: &AcceptedIds) -> Self {
+        let lists = if accepted.has_masks() {
+            0
+        } else {
+            u32::MAX >> 4
+        };
         // SAFETY: one bit for each bank; banks without an identifier remain inactive.
         unsafe {
-            can.fm1r().write(|w| w.bits(u32::MAX >> 4));
+            can.fm1r().write(|w| w.bits(lists));
             can.ffa1r().write(|w| w.bits(0));
             can.fs1r().write(|w| w.bits(u32::MAX >> 4));
         }

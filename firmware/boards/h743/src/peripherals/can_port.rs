@@ -43,7 +43,8 @@ pub struct Acceptance(());
 impl Acceptance {
     /// Makes these the identifiers of the frames that are received, while frames are received.
     pub fn set(&mut self, accepted: &AcceptedIds) {
-        message_ram::set_filters(accepted.identifiers().map(|(id, _)| id));
+        let ids = accepted.identifiers().map(|(id, _)| id);
+        message_ram::set_filters(ids, accepted.has_masks());
     }
 }
 

@@ -31,10 +31,11 @@ const BASE_ID: u32 = 18;
 /// Position of the length in the second word.
 const LENGTH: u32 = 16;
 
-/// Codes of filter elements: two identifiers, to FIFO 0.
+/// Codes of filter elements: two identifiers, or one and its mask, to FIFO 0.
 const STANDARD_PAIR: u32 = 0b01 << 30 | 0b001 << 27;
 const EXTENDED_TO_FIFO: u32 = 0b001 << 29;
 const EXTENDED_PAIR: u32 = 0b01 << 30;
+const EXTENDED_WITH_MASK: u32 = 0b10 << 30;
 
 /// A word of the message RAM; one behind its end is its last one.
 fn word(offset: u16) -> *mut u32 {
@@ -87,8 +88,14 @@ pub fn set_transmitted(frame: &CanFrame) {
     }
 }
 
-/// Sets the filter elements to these identifiers; the remaining elements are off.
-pub fn set_filters(identifiers: impl Iterator<Item = Id> + Clone) {
+/// Sets the filter elements to these identifiers, of which every other one may be the mask of the
+/// extended one before; the remaining elements are off.
+pub fn set_filters(identifiers: impl Iterator<Item = Id> + Clone, has_masks: bool) {
+    let kind = if has_masks {
+        EXTENDED_WITH_MASK
+    } else {
+        EXTENDED_PAIR
+    };
     let mut standard = identifiers.clone().filter_map(|id| match id {
         Id::Standard(id) => Some(u32::from(id.as_raw())),
         Id::Extended(_) => None,
@@ -103,7 +110,7 @@ pub fn set_filters(identifiers: impl Iterator<Item = Id> + Clone) {
         write(STANDARD_FILTERS + element, value);
         let pair = next_pair(&mut extended);
         let (first, second) = pair.map_or((0, 0), |(first, second)| {
-            (EXTENDED_TO_FIFO | first, EXTENDED_PAIR | second)
+            (EXTENDED_TO_FIFO | first, kind | second)
         });
         write(EXTENDED_FILTERS + 2 * element, first);
         write(EXTENDED_FILTERS + 2 * element + 1, second);
