@@ -12,7 +12,7 @@ use crate::{
 const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
 
 /// The groups of stored fields: path, type and content.
-const GROUPS: [Group; 19] = [
+const GROUPS: [Group; 20] = [
     Group::new(
         StorageLocation::Parameters,
         "command",

@@ -51,7 +51,7 @@ impl Drive<'_> {
     }
 
     /// Posts a change of the command, which is lost if too many are queued.
-    fn post_command(&mut self, change: impl FnOnce(&mut Command)) {
+    fn change_command(&mut self, change: impl FnOnce(&mut Command)) {
         let mut command = *self.messages.commands.unverified().newest();
         change(&mut command);
         let taken = self.outputs.taken.command;
@@ -68,10 +68,10 @@ impl Drive<'_> {
     fn follow(&mut self, mode: cia402::Mode, set: impl FnOnce(&mut Command)) {
         if !self.is_commanded() {
             for control in ENABLE {
-                self.post_command(|command| (command.control, command.mode) = (control, mode));
+                self.change_command(|command| (command.control, command.mode) = (control, mode));
             }
         }
-        self.post_command(|command| {
+        self.change_command(|command| {
             command.mode = mode;
             set(command);
         });
@@ -79,9 +79,9 @@ impl Drive<'_> {
 
     fn release(&mut self) {
         if self.is_commanded() {
-            self.post_command(|command| command.control = RELEASE);
+            self.change_command(|command| command.control = RELEASE);
             if !self.latched().is_empty() {
-                self.post_command(|command| command.control = RESET);
+                self.change_command(|command| command.control = RESET);
             }
         }
     }
