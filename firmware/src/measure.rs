@@ -101,6 +101,13 @@ pub const fn back_emf_mv(leg_a: AdcCode, leg_b: AdcCode, supply: AdcCode) -> Opt
     Some(LEGS.at(a as i32 - b as i32))
 }
 
+/// Whether a diode conducts: a leg is above the supply, and its divider works.
+pub const fn diode_conducts(leg_a: AdcCode, leg_b: AdcCode, supply: AdcCode) -> bool {
+    let (a, b) = (leg_a.bits(), leg_b.bits());
+    let higher = if a > b { a } else { b };
+    LEGS.at(higher as i32) > supply_mv(supply) + ABOVE_SUPPLY_MV
+}
+
 /// The supply voltage of a code, mV.
 ///
 /// ```

@@ -52,6 +52,8 @@ pub struct Measured {
     pub current: Option<PeriodCurrent>,
     /// Back-EMF, mV.
     pub back_emf_mv: Option<i32>,
+    /// The back-EMF is not measured, and no diode explains that.
+    pub is_blind: bool,
     /// Supply voltage, mV.
     pub supply_mv: Option<i32>,
     /// Temperature, thousandths of a degree Celsius.
@@ -123,6 +125,9 @@ impl Protection {
         let scan = samples.scan;
         let back_emf_mv =
             scan.and_then(|scan| measure::back_emf_mv(scan.leg_a, scan.leg_b, scan.supply));
+        let is_blind = back_emf_mv.is_none()
+            && !scan
+                .is_some_and(|scan| measure::diode_conducts(scan.leg_a, scan.leg_b, scan.supply));
         (self.travel).advance(motor, back_emf_mv, samples.missed_periods);
         let encoder = self.encoder.validate(
             (&board.encoder, board.control.is_reversed()),
@@ -142,6 +147,7 @@ impl Protection {
             sampled_ma,
             current,
             back_emf_mv,
+            is_blind,
             supply_mv,
             temperature_mdeg_c: scan.and_then(|scan| measure::temperature_mdeg_c(scan.temperature)),
         };

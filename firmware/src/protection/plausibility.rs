@@ -35,6 +35,10 @@ pub const MOTOR_POLARITY_PERIODS: i32 = 12 / CONTROL_PERIOD_MS;
 /// times the error of half a code and the table of the ripple.
 const COMPARED_MA: i32 = 150;
 
+/// Rate of the encoder against the motor: half of that of `stuck_back_emf_mv`. In the play of the
+/// gears a load turns the shaft slowly against a motor that takes it up.
+const AGAINST: Rate = Rate::from_int(20);
+
 /// For how long current and encoder have been implausible.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct PlausibilityGuard {
@@ -88,6 +92,9 @@ fn turns_against_back_emf(limits: &EncoderLimits, c: &Conditions<'_>) -> Option<
     let travelled = c.measured.travelled?;
     let back_emf_mv = c.measured.back_emf_mv?;
     let is_moving = travelled != 0 && back_emf_mv.abs() >= limits.stuck_back_emf_mv;
-    let is_against = (back_emf_mv > 0) != (c.rate > Rate::ZERO);
+    let is_against = match back_emf_mv > 0 {
+        true => c.rate < -AGAINST,
+        false => c.rate > AGAINST,
+    };
     Some(c.is_driving && is_moving && is_against)
 }

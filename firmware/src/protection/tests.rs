@@ -14,6 +14,7 @@ pub(super) const UNMEASURED: Measured = Measured {
     sampled_ma: None,
     current: None,
     back_emf_mv: None,
+    is_blind: true,
     supply_mv: None,
     temperature_mdeg_c: None,
 };

@@ -11,8 +11,8 @@ use crate::{
 /// Good control periods that make up for a missed one: a second of them.
 const GOOD_PERIODS: u16 = CONTROL_RATE_HZ as u16;
 
-/// Time without a back-EMF of a driven motor: five times that of a reversal at the full rate, in
-/// which a diode still conducts at the scan (`docs/hardware.md`).
+/// Time without a back-EMF of a driven motor, where no diode explains that: during a reversal, or
+/// while a load turns the motor faster than its supply.
 const BLIND_MS: i32 = 100;
 
 /// What was missed.
@@ -35,8 +35,7 @@ impl TimingGuard {
         let is_lost = self
             .unmeasured
             .update(Some(is_missing), limits.measurement_ms);
-        // A diode hides the back-EMF for some control periods of a reversal.
-        let is_blind = c.is_driving && c.measured.back_emf_mv.is_none();
+        let is_blind = c.is_driving && c.measured.is_blind;
         let is_blind = self.blind.update(Some(is_blind), BLIND_MS);
         present.put(Fault::MeasurementLost, is_lost || is_blind);
         present

@@ -181,9 +181,10 @@ mod tests {
         for (index, parameter) in (0..).zip(&PARAMETERS) {
             assert_eq!(find(parameter.name.as_bytes()), Some(index));
         }
-        // All but the password, which cannot be read, and the source of the commands.
+        // All but the password, which cannot be read, the source of the commands, and the origin,
+        // which homing sets.
         let stored = ControlParameters::TABLE.len() + BoardParameter::ALL.len();
-        assert_eq!(COUNT, stored + ObjectValue::ALL.len() - 2);
+        assert_eq!(COUNT, stored + ObjectValue::ALL.len() - 3);
         assert_eq!(find(b"password"), None);
     }
 }

@@ -165,7 +165,7 @@ fn parameters_are_checked_as_those_of_the_dictionary_and_stored() {
     assert_eq!(set("stall_ms", Value::Real(600.0)), Value::Integer(500));
     assert_eq!(set("actuator_id", Value::Integer(256)), Value::Integer(5));
     assert_eq!(
-        set("under_voltage_mv", Value::Integer(7_000)),
+        set("under_voltage_mv", Value::Integer(8_000)),
         Value::Integer(4_000)
     );
     assert_eq!(
