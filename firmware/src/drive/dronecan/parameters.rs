@@ -110,7 +110,7 @@ fn value(data_type: DataType, word: u32) -> Value {
 fn word(data_type: DataType, value: Value) -> Option<u32> {
     Some(match (data_type, value) {
         (DataType::F32, Value::Real(real)) => real.to_bits(),
-        (DataType::F32, Value::Integer(integer)) => (integer as f32).to_bits(),
+        (DataType::F32, Value::Integer(it)) => (i32::try_from(it).ok()? as f32).to_bits(),
         (_, Value::Real(_)) => return None,
         (DataType::I8, Value::Integer(it)) => i32::from(i8::try_from(it).ok()?) as u32,
         (DataType::I16, Value::Integer(it)) => i32::from(i16::try_from(it).ok()?) as u32,
