@@ -164,7 +164,7 @@ impl Application {
             log: FaultLog::default(),
             start: start.faults(),
             is_late: false,
-            outputs: Outputs::default(),
+            outputs: no_outputs(),
         }
     }
 
@@ -421,6 +421,12 @@ impl Application {
         t.velocity_mdeg_s = self.velocity.mdeg_s();
         t.latched = self.log.latched();
     }
+}
+
+/// The outputs before the first control period. Not inlined: they are then written where they stay.
+#[inline(never)]
+fn no_outputs() -> Outputs {
+    Outputs::default()
 }
 
 /// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.

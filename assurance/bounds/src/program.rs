@@ -205,7 +205,12 @@ impl<'a> Reader<'a> {
             let next: Vec<_> = Some(next).filter(within).into_iter().collect();
             let targets = match &instruction.flow {
                 Flow::Jump(target) | Flow::Branch(target) => vec![*target],
-                Flow::Table { entry } => self.table(at + instruction.size, *entry),
+                // Constants behind the table are no targets; those of a table are in its function.
+                Flow::Table { entry } => {
+                    let mut targets = self.table(at + instruction.size, *entry);
+                    targets.retain(within);
+                    targets
+                }
                 Flow::Call(target) => {
                     function.calls.push((at, *target));
                     Vec::new()

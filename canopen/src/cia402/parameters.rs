@@ -104,7 +104,7 @@ impl Default for Parameters {
 
 impl Parameters {
     /// Most control periods of [`Parameters::smoothing`].
-    pub const MOST_SMOOTHING: u8 = 20;
+    pub const MOST_SMOOTHING: u8 = 16;
 
     /// Limits of a motion profile.
     pub(super) fn profile(&self, velocity: u32) -> Limits {

@@ -208,6 +208,46 @@ const fn max_velocity(limits: &Limits) -> i64 {
     }
 }
 
+/// `numerator / divisor` by divisions of 32 bits; 0 if the divisor is 0. Digits of 32 bits, of which
+/// the last is found in two halves: D. Knuth, "The Art of Computer Programming", volume 2, 4.3.1,
+/// algorithm D.
+#[inline(never)]
+const fn divide_long(numerator: u64, divisor: u32) -> u64 {
+    if divisor == 0 {
+        return 0;
+    }
+    let high = (numerator >> 32) as u32;
+    let rest = ((high % divisor) as u64) << 32 | numerator & 0xFFFF_FFFF;
+    // The divisor has its highest bit set: a half of the quotient is estimated too high by 2 at most.
+    let shift = divisor.leading_zeros();
+    let (normal, rest) = (divisor << shift, rest << shift);
+    let (first, left) = half_digit((rest >> 32) as u32, (rest >> 16) as u32 & 0xFFFF, normal);
+    let (second, _) = half_digit(left, rest as u32 & 0xFFFF, normal);
+    let low = first << 16 | second;
+    ((high / divisor) as u64) << 32 | low as u64
+}
+
+/// Quotient, of 16 bits, and remainder of `rest 2^16 + next` by a divisor whose highest bit is set;
+/// `rest` is below the divisor.
+#[inline(always)]
+const fn half_digit(rest: u32, next: u32, divisor: u32) -> (u32, u32) {
+    let (upper, lower) = (divisor >> 16, divisor & 0xFFFF);
+    // It is not zero, which the compiler does not know.
+    let upper = upper | 0x8000;
+    let mut digit = rest / upper;
+    let mut left = rest - digit * upper;
+    // Twice: the estimate is too high by 2 at most.
+    if digit > 0xFFFF || digit * lower > left << 16 | next {
+        digit -= 1;
+        left += upper;
+        if left <= 0xFFFF && (digit > 0xFFFF || digit * lower > left << 16 | next) {
+            digit -= 1;
+        }
+    }
+    let product = digit.wrapping_mul(divisor);
+    (digit, (rest << 16 | next).wrapping_sub(product))
+}
+
 /// `numerator / divisor`, rounded toward zero; 0 if the divisor is 0.
 ///
 /// Every control period divides several times. A processor of 32 bits has no division of 64 bits:
@@ -221,9 +261,11 @@ pub(super) const fn divide(numerator: i64, divisor: u32) -> i64 {
         return 0;
     }
     if odd >= 1 << 16 {
-        return match numerator.checked_div(divisor as i64) {
-            Some(quotient) => quotient,
-            None => 0,
+        let quotient = divide_long(numerator.unsigned_abs(), divisor) as i64;
+        return if numerator < 0 {
+            quotient.wrapping_neg()
+        } else {
+            quotient
         };
     }
     // A remainder is below 2^16: with the next digit it is below 2^32.
@@ -287,7 +329,7 @@ fn braking_velocity(distance: u64, deceleration_step: i64, period_us: u32) -> i6
     }
     // Both terms are below 2^62, and k + 1 fits into 32 bits.
     let numerator = travel + saved(k);
-    let velocity = divide(numerator as i64, (k + 1) as u32).unsigned_abs();
+    let velocity = divide_long(numerator, (k + 1) as u32);
     velocity.min(VELOCITY_MAX as u64) as i64
 }
 

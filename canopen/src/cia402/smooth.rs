@@ -28,8 +28,13 @@ impl SmoothProfile {
         let ahead = step * i64::from(count - 1) / 2;
         let mut last = [0; Parameters::MOST_SMOOTHING as usize];
         let newest = motion.fine_position() + ahead;
-        for (place, age) in last.iter_mut().zip((0..i64::from(count)).rev()) {
-            *place = motion.at_fine(newest - age * step).position();
+        // A step in units of 2^-16: one division for all.
+        let (place, step) = (
+            i64::from(motion.at_fine(newest).position()),
+            divide(step << 16, UNIT as u32),
+        );
+        for (place_then, age) in last.iter_mut().zip((0..i64::from(count)).rev()) {
+            *place_then = (place - (age * step >> 16)) as i32;
         }
         Self {
             profile: motion.at_fine(newest),
@@ -65,7 +70,7 @@ impl SmoothProfile {
             0
         };
         let in_use = || next.last.iter().take(usize::from(next.count));
-        // Below 20 times 2^31 times 10^6.
+        // Below 16 times 2^31 times 10^6.
         let sum: i64 = in_use().map(|place| i64::from(*place)).sum();
         let mean = divide(sum * UNIT, u32::from(next.count));
         motion.follow(mean, period_us);

@@ -44,7 +44,7 @@ fn a_mean_limits_the_jerk_and_takes_its_own_time_longer() {
     // 300 deg/s, 3000 deg/s^2, and that within a period: by the rounding of a demand.
     assert_eq!((velocity, acceleration), (1_200, 48));
     assert!(jerk >= 48);
-    for periods in [2_u8, 10, 20] {
+    for periods in [2_u8, 10, 16] {
         let smooth = demands(periods);
         let [velocity, acceleration, jerk] = greatest(&smooth);
         assert!(

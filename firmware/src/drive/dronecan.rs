@@ -194,7 +194,7 @@ impl Application for Drive<'_> {
     fn perform(&mut self, opcode: Opcode) -> Poll<bool> {
         let group = ParameterGroup::Application;
         let done = match opcode {
-            Opcode::Save => canopen::Application::store(self, group, &mut core::iter::empty()),
+            Opcode::Save => self.save(group, core::iter::empty()),
             Opcode::Erase => canopen::Application::restore(self, group),
         };
         done.map(|done| done.is_ok())

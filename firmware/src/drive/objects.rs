@@ -99,6 +99,28 @@ impl Drive<'_> {
     }
 }
 
+impl Drive<'_> {
+    /// Stores a group with these values of the communication.
+    pub(super) fn save(
+        &mut self,
+        group: ParameterGroup,
+        communication: impl Iterator<Item = (Address, u32)>,
+    ) -> Poll<Result<(), Abort>> {
+        let Self {
+            messages,
+            values,
+            store,
+            node_id,
+            ..
+        } = self;
+        store.save(StoreClient::Save(group), |stored| {
+            let board = &messages.parameters.unverified().board;
+            let present = (board, &*values, *node_id);
+            stored.take(group, present, communication);
+        })
+    }
+}
+
 impl canopen::Application for Drive<'_> {
     fn read(&mut self, entry: &Entry) -> Result<u64, Abort> {
         let parameters = self.parameters();
@@ -199,18 +221,7 @@ impl canopen::Application for Drive<'_> {
         group: ParameterGroup,
         communication: &mut dyn Iterator<Item = (Address, u32)>,
     ) -> Poll<Result<(), Abort>> {
-        let Self {
-            messages,
-            values,
-            store,
-            node_id,
-            ..
-        } = self;
-        store.save(StoreClient::Save(group), |stored| {
-            let board = &messages.parameters.unverified().board;
-            let present = (board, &*values, *node_id);
-            stored.take(group, present, communication);
-        })
+        self.save(group, communication)
     }
 
     fn restore(&mut self, group: ParameterGroup) -> Poll<Result<(), Abort>> {

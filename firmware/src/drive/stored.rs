@@ -128,7 +128,7 @@ impl StoredParameters {
         &mut self,
         group: ParameterGroup,
         (board, values, node_id): (&BoardParameters, &ObjectValues, u8),
-        communication: &mut dyn Iterator<Item = (Address, u32)>,
+        communication: impl Iterator<Item = (Address, u32)>,
     ) {
         if group.has_communication() {
             // Both are sorted by address: one pass finds every position.

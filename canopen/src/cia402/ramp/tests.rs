@@ -5,6 +5,15 @@ const PERIOD_US: u32 = 4000;
 
 proptest! {
     #[test]
+    fn a_long_division_is_that_of_64_bits(numerator: u64, drop in 0..63u32, divisor: u32, less in 0..32u32) {
+        let (numerator, divisor) = (numerator >> drop, divisor >> less);
+        let expected = numerator.checked_div(u64::from(divisor)).unwrap_or(0);
+        prop_assert_eq!(divide_long(numerator, divisor), expected);
+        let nearly = u32::MAX - (divisor & 0x1FFFF);
+        prop_assert_eq!(divide_long(numerator, nearly), numerator / u64::from(nearly));
+    }
+
+    #[test]
     fn a_division_by_digits_is_the_division_of_64_bits(
         numerator in -i64::MAX..i64::MAX, drop in 0..63u32, divisor in 1..=u32::MAX, short in 1..1u32 << 17
     ) {
