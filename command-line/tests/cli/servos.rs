@@ -96,7 +96,7 @@ fn options_that_cannot_be_are_refused() {
             2,
             "--supply-ohm is -1, expected 0 to 100 ohm",
         ),
-        ("--supply-ohm 1", 2, "--protocol <MODEL>"),
+        ("--supply-ohm 1", 2, "--protocol <PROTOCOL>"),
         ("--protocol sts3215 --seed 1", 2, "cannot be used with"),
         #[cfg(unix)]
         (
