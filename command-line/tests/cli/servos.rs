@@ -97,7 +97,7 @@ fn options_that_cannot_be_are_refused() {
             "--supply-ohm is -1, expected 0 to 100 ohm",
         ),
         ("--supply-ohm 1", 2, "--protocol <PROTOCOL>"),
-        ("--protocol sts3215 --seed 1", 2, "cannot be used with"),
+        ("--protocol sts3215 --seed 1", 2, "--seed concern actuators"),
         #[cfg(unix)]
         (
             "--protocol sts3215 --pty --link file",
