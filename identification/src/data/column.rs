@@ -194,11 +194,12 @@ impl Columns {
         if !lacking.is_empty() {
             return Err(missing(table, &lacking));
         }
-        // Command and angle have the same unit.
+        // Command and angle have the same unit, but where that of the angle is defined.
         let known = columns
             .iter()
             .find(|c| c.quantity.is_angle() && c.factor.is_some());
         let shared = known.and_then(|column| column.factor);
+        let shared = shared.filter(|_| !table.radians);
         let mut angles = columns.iter().filter(|c| c.quantity.is_angle());
         let is_counts = shared.is_none()
             && !table.radians
