@@ -127,7 +127,7 @@ class Transfers(Served):
         self.aborts(0x0601_0002, sdo.download, 0x6041, 0, bytes(2))
         self.aborts(0x0607_0012, sdo.download, 0x6040, 0, bytes(4))
         self.aborts(0x0607_0013, sdo.download, 0x6040, 0, bytes(1))
-        self.aborts(0x0609_0030, sdo.download, 0x6060, 0, b"\x06")
+        self.aborts(0x0609_0030, sdo.download, 0x6060, 0, b"\x05")
         self.aborts(0x0609_0031, sdo.download, 0x2100, 8, struct.pack("<i", 2_801))
         self.aborts(0x0609_0032, sdo.download, 0x2100, 8, struct.pack("<i", 99))
         self.aborts(0x0609_0036, sdo.download, 0x607D, 1, struct.pack("<i", 60_001))
