@@ -227,7 +227,7 @@ class Drive(Bench):
             refused = self.refusal(self.sdo.download, 0x6060, 0, bytes([mode]))
             self.assertEqual(refused is None, bool(supported >> (mode - 1) & 1), mode)
         self.sdo.download(0x6060, 0, b"\x01")
-        self.assertIsNotNone(self.refusal(self.sdo.download, 0x6060, 0, b"\x06"))
+        self.assertIsNotNone(self.refusal(self.sdo.download, 0x6060, 0, b"\x05"))
         self.assertEqual(self.sdo.upload(0x6060, 0), b"\x01")
         # Each of the five changes acts in a control period of its own.
         time.sleep(0.032)
