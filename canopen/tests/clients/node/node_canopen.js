@@ -87,7 +87,7 @@ async function test_node_canopen_uses_all_three_transfer_types() {
             for (const block of [false, true])
                 assert.equal(await code(master.get(index, 0, UNSIGNED32, block)), expected);
         assert.equal(await code(master.set(0x6041, 0, UNSIGNED16, 1)), 0x06010002);
-        assert.equal(await code(master.set(0x6060, 0, INTEGER8, 6)), 0x06090030);
+        assert.equal(await code(master.set(0x6060, 0, INTEGER8, 5)), 0x06090030);
     });
 }
 
