@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Tests that need Python and are therefore not part of `cargo test`: pip `dronecan` as the other node
-# of actuators, natively and on emulated boards. Installs its packages in target/.
+# Tests that need Python and are therefore not part of `cargo test`: pip `dronecan` as the other
+# node of actuators, natively and on emulated boards. Installs its packages in target/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

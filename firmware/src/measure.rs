@@ -65,19 +65,19 @@ pub const fn current_ma(code: AdcCode) -> i32 {
 }
 
 /// Code of a leg that is at ground: 39 mV. While a diode still carries the winding's current after
-/// the switches have opened, one leg is a diode's drop below ground, and the other one as much above
-/// the supply.
+/// the switches have opened, one leg is a diode's drop below ground, and the other one as much
+/// above the supply.
 const LEG_AT_GROUND: u16 = 16;
 
 /// A motor at its full rate has a leg at ground too, and the other one at the supply: within the
-/// resolution and the error of the dividers below it, and above it by what the supply gives way under
-/// the current, less than a diode's drop.
+/// resolution and the error of the dividers below it, and above it by what the supply gives way
+/// under the current, less than a diode's drop.
 const BELOW_SUPPLY_MV: i32 = 100;
 const ABOVE_SUPPLY_MV: i32 = 200;
 
-/// The back-EMF of the codes of both legs with the bridge off, and of the supply, mV; positive where
-/// leg A is higher. `None` if a diode conducts, where the difference is the supply, or if a leg is not
-/// measured.
+/// The back-EMF of the codes of both legs with the bridge off, and of the supply, mV; positive
+/// where leg A is higher. `None` if a diode conducts, where the difference is the supply, or if a
+/// leg is not measured.
 ///
 /// ```
 /// use firmware::measure::back_emf_mv;

@@ -165,7 +165,8 @@ const show = host => {
     const from = +other.value;
     other.value = '';
     const all = await attempt(() => request('read_all', { node: from }));
-    // What belongs to one actuator alone is not compared: its node-ID, and identifiers that have it.
+    // What belongs to one actuator alone is not compared: its node-ID, and identifiers that have
+    // it.
     const isShared = object => object?.is_stored && object.access === 'rw' && object.index >= 0x2000 && object.address !== '2102:1';
     if (all) present(`Actuator ${from}`, Object.fromEntries(Object.entries(all).filter(([address]) => isShared(state.objects.get(address)))));
   }

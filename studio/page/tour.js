@@ -1,4 +1,5 @@
-// Three minutes with a simulated actuator: it moves, its encoder breaks, it is identified and tuned.
+// Three minutes with a simulated actuator: it moves, its encoder breaks, it is identified and
+// tuned.
 import { h, put, say, button, fixed, short, table } from './dom.js';
 import { request } from './socket.js';
 import { state, watch, chosen, hasControl, read } from './state.js';

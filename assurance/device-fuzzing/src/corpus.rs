@@ -43,8 +43,8 @@ mod tests {
             states.extend(summary.states);
         }
         assert!(driven > 10, "{driven}");
-        // Every state of the board, from Initialising to Fault; a stall of half a second is longer than
-        // these inputs.
+        // Every state of the board, from Initialising to Fault; a stall of half a second is longer
+        // than these inputs.
         let all = BoardState::Initialising as u8..=BoardState::Fault as u8;
         assert!(all.into_iter().all(|state| states.contains(&state)), "{states:?}");
     }

@@ -103,7 +103,8 @@ pub fn write(folder: &Path) -> Result<(), Error> {
     fs::write(&place, page).map_err(at(&place))
 }
 
-/// Whether a file has this name, or is in the folder with the end of its name before and behind `*`.
+/// Whether a file has this name, or is in the folder with the end of its name before and behind
+/// `*`.
 fn is_named(name: &str, pattern: &str) -> bool {
     match pattern.split_once('*') {
         None => name == pattern,

@@ -1,5 +1,5 @@
-//! The program `actuator`, with the libraries of its FMUs inside, and the FMUs; and the same program
-//! for other systems.
+//! The program `actuator`, with the libraries of its FMUs inside, and the FMUs; and the same
+//! program for other systems.
 
 use std::{
     env,

@@ -174,8 +174,8 @@ impl Axis {
         self.machine.state()
     }
 
-    /// Sets the demand to a position of the encoder and a velocity, and restarts the mode: for when a
-    /// source other than this axis moves the motor.
+    /// Sets the demand to a position of the encoder and a velocity, and restarts the mode: for when
+    /// a source other than this axis moves the motor.
     pub fn reset_demand(&mut self, position: i32, velocity: i32) {
         self.ramp = Ramp::moving(position.saturating_add(self.origin), velocity);
         self.mode = None;

@@ -38,8 +38,8 @@ pub struct Parameters {
     /// Profile deceleration 6084h.
     pub deceleration: u32,
     /// Control periods over which the demand of a profile position is averaged, which limits its
-    /// jerk to the acceleration divided by their time; up to [`Parameters::MOST_SMOOTHING`]. 0 and 1
-    /// do not average.
+    /// jerk to the acceleration divided by their time; up to [`Parameters::MOST_SMOOTHING`]. 0 and
+    /// 1 do not average.
     pub smoothing: u8,
     /// Positioning option code 60F2h.
     pub relative_to: RelativeTo,

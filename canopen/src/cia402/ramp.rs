@@ -208,9 +208,9 @@ const fn max_velocity(limits: &Limits) -> i64 {
     }
 }
 
-/// `numerator / divisor` by divisions of 32 bits; 0 if the divisor is 0. Digits of 32 bits, of which
-/// the last is found in two halves: D. Knuth, "The Art of Computer Programming", volume 2, 4.3.1,
-/// algorithm D.
+/// `numerator / divisor` by divisions of 32 bits; 0 if the divisor is 0. Digits of 32 bits, of
+/// which the last is found in two halves: D. Knuth, "The Art of Computer Programming", volume 2,
+/// 4.3.1, algorithm D.
 #[inline(never)]
 const fn divide_long(numerator: u64, divisor: u32) -> u64 {
     if divisor == 0 {
@@ -218,7 +218,8 @@ const fn divide_long(numerator: u64, divisor: u32) -> u64 {
     }
     let high = (numerator >> 32) as u32;
     let rest = ((high % divisor) as u64) << 32 | numerator & 0xFFFF_FFFF;
-    // The divisor has its highest bit set: a half of the quotient is estimated too high by 2 at most.
+    // The divisor has its highest bit set: a half of the quotient is estimated too high by 2 at
+    // most.
     let shift = divisor.leading_zeros();
     let (normal, rest) = (divisor << shift, rest << shift);
     let (first, left) = half_digit((rest >> 32) as u32, (rest >> 16) as u32 & 0xFFFF, normal);

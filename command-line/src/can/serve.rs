@@ -36,8 +36,8 @@ use host_sim::can::server::{Notice, Server};
 /// --boot-elf the boards start through the bootloader, and `actuator update` works on them.
 ///
 /// With `--protocol dronecan` the actuators are DroneCAN nodes, which the network gives their
-/// node-IDs. With another protocol the server runs servos on a serial bus instead, for the libraries
-/// of their makers.
+/// node-IDs. With another protocol the server runs servos on a serial bus instead, for the
+/// libraries of their makers.
 #[derive(Debug, Args)]
 pub struct Serve {
     /// Address and port of the server; port 0 selects a free one

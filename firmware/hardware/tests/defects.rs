@@ -210,9 +210,9 @@ fn defects_written_after_the_rules_are_found() {
     assert_eq!(missed(defects), [""; 0]);
 }
 
-/// Every 199th pair of pins on different nets of a board is exchanged. Two pins of one part are left
-/// out, as those of a resistor are equal, and two parts of a type with a net in common, which would
-/// only change places.
+/// Every 199th pair of pins on different nets of a board is exchanged. Two pins of one part are
+/// left out, as those of a resistor are equal, and two parts of a type with a net in common, which
+/// would only change places.
 #[test]
 fn pins_of_two_parts_exchanged_are_found() {
     let sound = Design::read().expect("valid files");

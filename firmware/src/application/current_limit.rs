@@ -13,8 +13,8 @@
 //!
 //! The limit is the lower one of 6072h and 6073h, over the last [`DERATING_K`] below the limit of
 //! the winding's temperature in proportion to what is left. The duty of the brake
-//! ([`super::back_emf_brake`]) is allowed in any case: a load that overcomes the limited torque turns
-//! the shaft no faster than it turns the braked one.
+//! ([`super::back_emf_brake`]) is allowed in any case: a load that overcomes the limited torque
+//! turns the shaft no faster than it turns the braked one.
 //!
 //! A weak supply is relieved while the motor is driven: it gives `duty i`, so that its current is
 //! at most `s` for
@@ -23,11 +23,11 @@
 //! (e - r)/(2 V) <= duty <= (e + r)/(2 V),   r^2 = e^2 + 4 V R s
 //! ```
 //!
-//! Below [`FOLDING_MV`] above `under_voltage_mv` the limit `s` decreases from the present current of
-//! the supply by a third of the missing voltage, mA per mV, in each control period, and by no more
-//! than to [`LEAST_SUPPLY_MA`]: a supply whose voltage is low anyway still moves the shaft. A third
-//! is stable for a source of up to 6 ohm. Only the enabled drive is limited by that: in a stop, and
-//! after a fault, its load would fall.
+//! Below [`FOLDING_MV`] above `under_voltage_mv` the limit `s` decreases from the present current
+//! of the supply by a third of the missing voltage, mA per mV, in each control period, and by no
+//! more than to [`LEAST_SUPPLY_MA`]: a supply whose voltage is low anyway still moves the shaft. A
+//! third is stable for a source of up to 6 ohm. Only the enabled drive is limited by that: in a
+//! stop, and after a fault, its load would fall.
 
 use model_core::control::units::Percent;
 
@@ -50,8 +50,8 @@ const FOLDING_MV: i32 = 300;
 const FOLDING: i32 = 3;
 const RETURNING: i32 = 16;
 
-/// The limit of the current of the supply ends here, mA: at 4.1 V a stalled motor of 7.7 ohm then has
-/// a duty of 0.61, 0.33 A and 0.38 N m.
+/// The limit of the current of the supply ends here, mA: at 4.1 V a stalled motor of 7.7 ohm then
+/// has a duty of 0.61, 0.33 A and 0.38 N m.
 const LEAST_SUPPLY_MA: i32 = 200;
 
 /// No motor takes more from its supply, mA: its legs are measured up to 16.5 V.
@@ -139,7 +139,8 @@ impl CurrentLimit {
         }
         let before_ma = self.supply_ma.unwrap_or(GREATEST_MA);
         let supply_ma = if missing_mv > 0 {
-            // The power of resistance and motor: the current pulses, so that its mean square counts.
+            // The power of resistance and motor: the current pulses, so that its mean square
+            // counts.
             let resistance_ohm = settings.limits.resistance_ohm.get();
             let of_motor = back_emf_mv as f32 * current.mean_ma as f32;
             let power_uw = resistance_ohm * current.square_ma2 as f32 + of_motor;

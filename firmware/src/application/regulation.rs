@@ -1,5 +1,5 @@
-//! What the motor does in a control period: the duty of the loop, of a stop and of the brake, and the
-//! command to the bridge.
+//! What the motor does in a control period: the duty of the loop, of a stop and of the brake, and
+//! the command to the bridge.
 
 use model_core::control::{
     cascade::{CascadeStep, Setpoint},
@@ -88,8 +88,8 @@ impl Application {
         }
     }
 
-    /// A duty that opposes the back-EMF. Where it is not measured the duty is zero, which shorts the
-    /// motor.
+    /// A duty that opposes the back-EMF. Where it is not measured the duty is zero, which shorts
+    /// the motor.
     fn oppose_back_emf(&mut self, settings: Settings<'_>, measured: &Measured) {
         let back_emf_mv = measured.back_emf_mv;
         if let Some((current, back_emf_mv)) = measured.current.zip(back_emf_mv)
@@ -153,8 +153,8 @@ impl Application {
         place.is_some_and(|place| (self.control.angle() - place).abs() <= window)
     }
 
-    /// Applies a step of the control law, or the last one, within the limit of the current. A back-EMF
-    /// that is not measured counts as zero, as for the brake: the shaft may have stopped.
+    /// Applies a step of the control law, or the last one, within the limit of the current. A
+    /// back-EMF that is not measured counts as zero, as for the brake: the shaft may have stopped.
     fn apply_limited(
         &mut self,
         settings: Settings<'_>,

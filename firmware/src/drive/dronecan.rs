@@ -27,8 +27,8 @@ use crate::{
 /// Controlwords from which the loop is closed, one after the other.
 const ENABLE: [u16; 3] = [0x06, 0x07, 0x0F];
 
-/// The controlword of a quick stop, after which the loop is open, and the one with a fault reset. The
-/// time-out of commands does not run meanwhile.
+/// The controlword of a quick stop, after which the loop is open, and the one with a fault reset.
+/// The time-out of commands does not run meanwhile.
 const RELEASE: u16 = 0x02;
 const RESET: u16 = 0x82;
 

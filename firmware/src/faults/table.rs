@@ -133,7 +133,8 @@ impl Fault {
 
     /// Maximum time from the start of the condition to the control step that latches the fault, ms;
     /// for [`Fault::Overload`] at twice the rated current, starting at 25 deg C, with the default
-    /// model, for [`Fault::EncoderStuck`] and [`Fault::EncoderImplausible`] at a difference of 20 deg/s.
+    /// model, for [`Fault::EncoderStuck`] and [`Fault::EncoderImplausible`] at a difference of 20
+    /// deg/s.
     ///
     /// ```
     /// use firmware::{faults::Fault, parameters::BoardParameters};

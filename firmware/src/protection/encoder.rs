@@ -9,8 +9,8 @@
 //! | MagINC or MagDEC alone | the magnet moves: reported in the telemetry |
 //!
 //! This guard decodes the word and decides whether its count is valid. The tracker of the control
-//! step knows the distance of a count from the last valid one. An angle that does not change although
-//! the motor turns is found by the comparison of the travels.
+//! step knows the distance of a count from the last valid one. An angle that does not change
+//! although the motor turns is found by the comparison of the travels.
 
 use model_core::control::{
     encoder_word::{EncoderCount, EncoderError, EncoderReading, EncoderWord, Magnet},

@@ -7,8 +7,8 @@
 //! A dead current sense reads zero. A winding that is hot or that has brushes of high resistance
 //! takes less than expected, but not less than a third: copper would have to be at 500 deg C. No
 //! motor takes more than its resistance and its back-EMF permit, of which each may be off by 30 %:
-//! a resistance of 70 % gives `1/0.7 - 1` = 43 % more of both currents, of which the expected one is
-//! the difference.
+//! a resistance of 70 % gives `1/0.7 - 1` = 43 % more of both currents, of which the expected one
+//! is the difference.
 //!
 //! A motor that is connected the wrong way round turns against the loop, which drives it to its
 //! full rate. Its back-EMF has the sign of the voltage, and the encoder turns the other way.
@@ -23,8 +23,8 @@ use crate::{
     timing::CONTROL_PERIOD_MS,
 };
 
-/// Control periods for which the current has to be wrong: 60 ms, a reversal at the full rate, in which
-/// the back-EMF is hidden, and twice as much.
+/// Control periods for which the current has to be wrong: 60 ms, a reversal at the full rate, in
+/// which the back-EMF is hidden, and twice as much.
 pub const CURRENT_IMPLAUSIBLE_PERIODS: i32 = 60 / CONTROL_PERIOD_MS;
 
 /// Control periods for which the encoder has to turn against the back-EMF: 12 ms, before the

@@ -25,8 +25,9 @@
 //! rejected, and does not move the shaft. A drift of `d` above the allowance `a` is detected after
 //! `LIMIT/(d - a)`.
 //!
-//! In motion the allowance for the constant hides a drift. But the error of a constant comes and goes
-//! with the travel, and a drift does not: with the same leak, sums of both have the ratio of the error,
+//! In motion the allowance for the constant hides a drift. But the error of a constant comes and
+//! goes with the travel, and a drift does not: with the same leak, sums of both have the ratio of
+//! the error,
 //!
 //! ```text
 //! drift  = drift  (1 - 1/LEAK) + residual

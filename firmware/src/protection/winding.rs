@@ -7,8 +7,8 @@
 //!
 //! `w`, `h` and `b` are the temperatures of winding, housing and board, which measures that of the
 //! air around both; `i^2` is the mean square over the PWM period, since the current pulses; `a` is
-//! that of copper. A missing sample leaves the heat of the period out. After a reset of the processor
-//! both start at the temperature of the board; a reset of the node keeps them.
+//! that of copper. A missing sample leaves the heat of the period out. After a reset of the
+//! processor both start at the temperature of the board; a reset of the node keeps them.
 
 use super::Conditions;
 use crate::interface::Settings;
@@ -17,8 +17,8 @@ use crate::interface::Settings;
 const COPPER_K: f32 = 0.0039;
 const COLD_DEG_C: f32 = 25.0;
 
-/// At the start both follow the board for so many measurements, with a quarter of the difference each:
-/// a single wrong one leaves 1 % of its error.
+/// At the start both follow the board for so many measurements, with a quarter of the difference
+/// each: a single wrong one leaves 1 % of its error.
 const SETTLED: u8 = 20;
 
 /// The temperatures end so far above the limit, K, and from a wrong current recover in a minute.

@@ -1,4 +1,5 @@
-//! A CAN bus by UDP multicast, as the simulator of ArduPilot and pip `dronecan` (`mcast:0`) have it.
+//! A CAN bus by UDP multicast, as the simulator of ArduPilot and pip `dronecan` (`mcast:0`) have
+//! it.
 //!
 //! A datagram is a frame: magic number, CRC of what follows, flags, identifier with bit 31 for 29
 //! bits, data; all little endian.

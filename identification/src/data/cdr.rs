@@ -1,5 +1,5 @@
-//! Decodes messages of ROS 2: CDR in little-endian order, after the definition `ros2msg` that a file
-//! of MCAP has of each type.
+//! Decodes messages of ROS 2: CDR in little-endian order, after the definition `ros2msg` that a
+//! file of MCAP has of each type.
 
 use std::collections::BTreeMap;
 

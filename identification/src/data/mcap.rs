@@ -26,7 +26,8 @@ mod reader {
 
     /// Longest message that is read, bytes: longer ones are of cameras.
     const LONGEST: usize = 1 << 14;
-    /// Difference, ns, within which the stamp of a message and the time of the log are of one clock.
+    /// Difference, ns, within which the stamp of a message and the time of the log are of one
+    /// clock.
     const SAME_CLOCK_NS: u64 = 1_000_000_000;
 
     struct Row {

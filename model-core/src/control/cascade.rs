@@ -302,8 +302,8 @@ impl CascadeState {
         }
     }
 
-    /// Limits the duty of the step that was made last, from the least to the most: as the duty limit
-    /// does, but for what changes with the motion.
+    /// Limits the duty of the step that was made last, from the least to the most: as the duty
+    /// limit does, but for what changes with the motion.
     ///
     /// ```
     /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};

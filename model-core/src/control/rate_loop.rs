@@ -108,8 +108,8 @@ impl RateLoopState {
         }
     }
 
-    /// Limits the duty of the last step to what the motor may take at present; the anti-windup feeds
-    /// back what that takes away. Returns the duty if it was changed.
+    /// Limits the duty of the last step to what the motor may take at present; the anti-windup
+    /// feeds back what that takes away. Returns the duty if it was changed.
     pub fn limit_duty(
         &mut self,
         gains: &RateLoop,

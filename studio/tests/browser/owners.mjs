@@ -1,6 +1,6 @@
-// What an owner does beyond the first move: rates, radians, recordings, plots of objects, the search,
-// two actuators, two buses, the measured frequency response, and the tour.
-// node owners.mjs ACTUATOR PICTURES
+// What an owner does beyond the first move: rates, radians, recordings, plots of objects, the
+// search, two actuators, two buses, the measured frequency response, and the tour. node owners.mjs
+// ACTUATOR PICTURES
 import assert from 'node:assert/strict';
 import { existsSync, mkdirSync, readFileSync, rmSync } from 'node:fs';
 import { resolve } from 'node:path';

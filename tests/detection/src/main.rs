@@ -1,6 +1,6 @@
 //! Draws when the board detects sensors that lie, by the size of the fault, and counts alarms of
-//! sound drives: the application of the board in a closed loop with the plant of the emulated board,
-//! natively.
+//! sound drives: the application of the board in a closed loop with the plant of the emulated
+//! board, natively.
 //!
 //! A fault begins 3 s after the drive was enabled. A run ends with the first fault that is
 //! latched, or after 10 s. How far the shaft is off is the difference from a run with the same

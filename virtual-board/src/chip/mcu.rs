@@ -47,8 +47,8 @@ pub struct Chip {
     break_level: Level,
 }
 
-/// OPTCR as `docs/hardware.md` requires it: brown-out reset level 3, sectors 0 and 1 write-protected
-/// (RM0090, section 3.9.10).
+/// OPTCR as `docs/hardware.md` requires it: brown-out reset level 3, sectors 0 and 1
+/// write-protected (RM0090, section 3.9.10).
 const OPTION_BYTES: u64 = 0x0ffc_aae1;
 
 /// Copies registers between two buses with the same instances.

@@ -116,8 +116,8 @@ impl CommTask {
 
     /// Processes the next received frame. Process data, which commands the drive at once, is
     /// applied twice from the same commands, each time read from the queue: if the results differ,
-    /// a frame would act that no master has sent. A frame of
-    /// DroneCAN, which may be a part of a transfer, is processed once. Returns whether the frame is process data.
+    /// a frame would act that no master has sent. A frame of DroneCAN, which may be a part of a
+    /// transfer, is processed once. Returns whether the frame is process data.
     fn receive(&mut self, now_us: u64) -> bool {
         let commands = self.device.drive.messages.commands;
         let is_canopen = self.device.dronecan().is_none();

@@ -241,8 +241,8 @@ fn the_temperature_of_the_winding_is_that_of_the_motor_with_its_pulsing_current(
         }
         let found = f64::from(board.application.telemetry().winding.get());
         let actual = board.plant.plant.winding_deg_c();
-        // The mean alone would heat it less, by the ripple of 1 kHz: the steady state of the winding over
-        // the housing, and the housing's after 120 s.
+        // The mean alone would heat it less, by the ripple of 1 kHz: the steady state of the
+        // winding over the housing, and the housing's after 120 s.
         let of_mean = mean_a * mean_a * 7.7 * (8.0 + 30.0 * (1.0 - libm::exp(-0.4)));
         println!(
             "{torque_nm} N m: {actual:.1} deg C, found {found:.1}, by the mean {:.1}",

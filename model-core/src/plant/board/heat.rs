@@ -25,7 +25,8 @@ const STEP_K: f64 = 0.25;
 
 crate::parameters! {
     /// Thermal resistances and time constants of the motor. Data sheets of motors of 16 to 22 mm
-    /// state 6 to 10 K/W and 5 to 10 s of the winding, 20 to 40 K/W and 200 to 500 s of the housing.
+    /// state 6 to 10 K/W and 5 to 10 s of the winding, 20 to 40 K/W and 200 to 500 s of the
+    /// housing.
     pub struct HeatParameters {
         /// From the winding to the housing.
         winding_housing_k_w [""]: 8.0, "K/W", 0.1, 1000.0, "estimate";

@@ -44,8 +44,8 @@ impl Default for BoardPlantOptions {
 
 impl BoardPlantOptions {
     /// A plant as one finds it: noise everywhere, a crooked magnet, a source that gives way, and
-    /// friction that differs from its estimate by up to a third, all of it by the seed; and a winding
-    /// of copper.
+    /// friction that differs from its estimate by up to a third, all of it by the seed; and a
+    /// winding of copper.
     ///
     /// ```
     /// use model_core::plant::board::{BoardPlant, BoardPlantOptions};

@@ -1,5 +1,5 @@
-//! Filters (RM0433, chapter 56): elements with two identifiers, or with an extended identifier and a
-//! mask, which go to FIFO 0.
+//! Filters (RM0433, chapter 56): elements with two identifiers, or with an extended identifier and
+//! a mask, which go to FIFO 0.
 
 use super::super::{Frame, Id};
 use super::memory::MessageRam;
