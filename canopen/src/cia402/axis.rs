@@ -235,6 +235,7 @@ impl Axis {
         if !input.mode.is_position() {
             result.limited |= self.approach_limits(input, parameters);
         }
+        self.homing.track(input.controlword);
         self.report(input, parameters, motion, result)
     }
 
@@ -302,7 +303,7 @@ impl Axis {
         self.has_target = false;
         self.set_points
             .restart(self.ramp.position(), input.controlword);
-        self.homing.restart(input.controlword);
+        self.homing.restart(input.controlword, self.mode.is_none());
         self.command = self.ramp.position();
         self.steps = 0;
         self.mode = Some(input.mode);

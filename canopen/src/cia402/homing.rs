@@ -171,9 +171,11 @@ pub(super) enum Resistance {
 }
 
 impl Homing {
-    /// The mode begins.
-    pub fn restart(&mut self, word: u16) {
-        self.bit = word & START_HOMING != 0;
+    /// The mode begins; with power, a bit 4 that is set already starts nothing.
+    pub fn restart(&mut self, word: u16, with_power: bool) {
+        if with_power {
+            self.track(word);
+        }
         self.phase = match (self.phase, self.is_homed) {
             (Phase::Searching(_), _) => Phase::Interrupted,
             (_, true) => Phase::Attained,
@@ -190,11 +192,17 @@ impl Homing {
 
     /// Whether bit 4 of the controlword starts; its falling edge interrupts.
     pub fn starts(&mut self, word: u16) -> bool {
-        let before = core::mem::replace(&mut self.bit, word & START_HOMING != 0);
-        if !self.bit {
+        let is_set = word & START_HOMING != 0;
+        if !is_set {
             self.interrupt();
         }
-        self.bit && !before
+        is_set && !self.bit
+    }
+
+    /// Keeps bit 4 at the end of a period of any mode and of a halt: a master may release the halt
+    /// and set bit 4 at once.
+    pub fn track(&mut self, word: u16) {
+        self.bit = word & START_HOMING != 0;
     }
 
     /// Begins a search at this position.

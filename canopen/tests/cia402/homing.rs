@@ -223,6 +223,28 @@ fn homing_starts_in_operation_enabled_only() {
 }
 
 #[test]
+fn a_halt_that_is_released_with_bit_4_starts_in_a_mode_that_was_selected_meanwhile() {
+    for method in [HomingMethod::None, HomingMethod::Here] {
+        let mut homed = Homed::new(method, 5_000);
+        homed.bench.input.mode = Mode::CyclicPosition;
+        homed.command(ENABLE);
+        homed.command(ENABLE | controlword::HALT);
+        homed.bench.input.mode = Mode::Homing;
+        for _ in 0..10 {
+            let output = homed.command(ENABLE | controlword::HALT);
+            assert_ne!(bits(&output), ATTAINED, "{method:?}");
+        }
+        assert_eq!(bits(&homed.command(START)), ATTAINED, "{method:?}");
+    }
+    // One that was set before is none.
+    let mut homed = Homed::new(HomingMethod::Here, 5_000);
+    homed.bench.input.mode = Mode::CyclicPosition;
+    homed.command(START);
+    homed.bench.input.mode = Mode::Homing;
+    assert_ne!(bits(&homed.command(START)), ATTAINED);
+}
+
+#[test]
 fn what_is_attained_remains_so_until_the_next_start_and_in_other_modes() {
     let mut homed = Homed::new(HomingMethod::Here, 30_000);
     homed.command(START);

@@ -129,8 +129,7 @@ class Driver(Bench):
 
     def test_the_cia402_driver_of_ros2_canopen_inits_moves_recovers_halts_and_shuts_down(self):
         self.enable()
-        # Method 0 is none: the driver does not start one then.
-        if self.node.sdo["Supported drive modes"].raw >> (HOMING - 1) & 1 and self.node.sdo[0x6098].raw != 0:
+        if self.node.sdo["Supported drive modes"].raw >> (HOMING - 1) & 1:
             self.switch_mode(HOMING)
             self.word |= START_HOMING
             end = time.monotonic() + self.timeout
