@@ -188,6 +188,20 @@ mod tests {
     }
 
     #[test]
+    fn a_current_sense_that_is_wrong_later_does_not_change_what_is_known() {
+        let mut brake = BackEmfBrake::default();
+        for _ in 0..3 {
+            brake.observe(current(500, 300), 800);
+        }
+        for _ in 0..10 {
+            brake.observe(current(500, 900), 800);
+        }
+        let ripple = Ripple::of(7.7, 1e-3);
+        let duty = brake.opposing(&CurrentLimits::DEFAULT, &ripple, (900, 6000));
+        assert_eq!(duty, percent(-60.0));
+    }
+
+    #[test]
     fn the_motor_is_shorted_until_it_was_driven_with_a_back_emf_of_the_right_sign() {
         for sign in [-1, 0] {
             assert_eq!(duty(sign, (900, 6000)), Percent::ZERO);

@@ -232,6 +232,44 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::measure::MotorConstants;
+
+    #[test]
+    fn the_current_of_a_supply_that_sags_only_decreases_and_returns_slowly() {
+        let (board, model) = (BoardParameters::DEFAULT, ModelSettings::DEFAULT);
+        let settings = Settings {
+            board: &board,
+            motor: &MotorConstants::of(&model),
+            limits: &MotorLimits::of(&LimitSettings::DEFAULT, &board, &model),
+        };
+        let mut limit = CurrentLimit::default();
+        let mut after = |supply_mv, mean_ma: i32| {
+            let current = PeriodCurrent {
+                mean_ma,
+                stall_ma: 0,
+                square_ma2: mean_ma * mean_ma,
+            };
+            limit.observe(settings, (0, supply_mv), current);
+            limit.supply_ma
+        };
+        assert_eq!(after(4300, 700), None);
+        // 700 mA at 7.7 ohm are 3.77 W, 943 mA at 4 V, less a third of 300 mV.
+        assert_eq!(after(4000, 700), Some(843));
+        assert_eq!(
+            after(4000, 1000),
+            Some(743),
+            "a greater current raises no limit"
+        );
+        // 1/16 of 320 mV, and 1.
+        assert_eq!(after(4620, 0), Some(764));
+        assert_eq!(after(4300, 0), Some(765));
+        // To the least one, and above the over-current to none.
+        assert_eq!(
+            (0..10).fold(None, |_, _| after(3900, 700)),
+            Some(LEAST_SUPPLY_MA)
+        );
+        assert_eq!((0..200).fold(None, |_, _| after(6000, 0)), None);
+    }
 
     proptest! {
         #[test]
@@ -254,9 +292,13 @@ mod tests {
             for duty in [least, most].map(|duty| duty.to_f64() / 100.0) {
                 let (v, e) = (f64::from(supply_mv), f64::from(back_emf_mv));
                 let drawn_ma = duty * (duty * v - e) / f64::from(resistance_ohm);
-                // A step of the duty is 4e-5, and half a mV is lost in the root.
-                let step_ma = (1.0 + 8e-5 * v) / f64::from(resistance_ohm);
+                // A step of the duty is 4e-5, and half a mV is lost in the root: of voltages that
+                // make (2 duty V - e)/R of current of the supply per duty.
+                let step_mv = (1.0 + 8e-5 * v) * (2.0 + e.abs() / v.max(1.0));
+                let step_ma = step_mv / f64::from(resistance_ohm);
                 prop_assert!(drawn_ma <= f64::from(supply_ma) + step_ma, "{}", drawn_ma);
+                let is_free = duty.abs() < 0.999;
+                prop_assert!(!is_free || drawn_ma >= f64::from(supply_ma) - step_ma, "{}", drawn_ma);
             }
         }
     }

@@ -111,6 +111,9 @@ fn an_encoder_that_turns_against_the_back_emf_is_noticed_after_12_ms() {
         assert_eq!(until_wrong_polarity(-100 * sign, 800 * sign), Some(3));
         assert_eq!(until_wrong_polarity(-100 * sign, 799 * sign), None);
         assert_eq!(until_wrong_polarity(100 * sign, 800 * sign), None);
+        // The play of the gears, in which a load turns the shaft slowly.
+        assert_eq!(until_wrong_polarity(-20 * sign, 800 * sign), None);
+        assert_eq!(until_wrong_polarity(-21 * sign, 800 * sign), Some(3));
     }
 }
 

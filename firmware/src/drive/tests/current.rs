@@ -1,7 +1,10 @@
 //! Limits of current, and a shaft that is held after a fault, as a master sees them.
 
 use super::*;
-use crate::{application::BoardState, faults::Fault};
+use crate::{
+    application::{BoardState, BusState},
+    faults::Fault,
+};
 use model_core::{
     control::encoder_word::{EncoderCount, EncoderWord, Magnet},
     sensors::adc::AdcCode,
@@ -64,8 +67,8 @@ fn stalled(samples: &mut Samples) {
     samples.current = Some(AdcCode::from_pin_v(1.65 + 0.5 * 0.78));
 }
 
-#[test]
-fn a_shaft_that_is_held_after_a_stall_is_in_the_state_fault_and_resets_as_any_fault() {
+/// A device whose shaft is held after a stall.
+fn held() -> Bench {
     let mut bench = Bench::new();
     bench.set(0x2040, 1, 0, 4);
     bench.enable();
@@ -75,10 +78,31 @@ fn a_shaft_that_is_held_after_a_stall_is_in_the_state_fault_and_resets_as_any_fa
         state = bench.step_with(stalled).state;
     }
     assert_eq!(state, BoardState::FaultHold);
-    assert_eq!(bench.outputs.expect("outputs").fault, Some(Fault::Stall));
-    let status = bench.outputs.expect("outputs").motion.status;
-    assert_eq!(status & 0x4F, 0x08, "fault");
+    bench
+}
+
+#[test]
+fn a_shaft_that_is_held_after_a_stall_is_in_the_state_fault_and_resets_as_any_fault() {
+    let mut bench = held();
+    let outputs = bench.outputs.expect("outputs");
+    assert_eq!(outputs.fault, Some(Fault::Stall));
+    assert_eq!(outputs.motion.status & 0x4F, 0x08, "fault");
     bench.send(0x201, &[0x80, 0]);
-    state = bench.step_with(stalled).state;
-    assert_eq!(state, BoardState::Disabled);
+    assert_eq!(bench.step_with(stalled).state, BoardState::Disabled);
+}
+
+#[test]
+fn a_lost_bus_does_not_end_the_hold_and_a_reset_of_the_node_does() {
+    let mut bench = held();
+    for _ in 0..50 {
+        let outputs = bench.step_with(|samples| {
+            stalled(samples);
+            samples.bus = BusState::Off;
+        });
+        assert_eq!(outputs.state, BoardState::FaultHold);
+    }
+    bench.send(0, &[0x81, 1]);
+    // The loop restarts, and initialises: the shaft is at rest.
+    let states: Vec<_> = (0..20).map(|_| bench.step_with(stalled).state).collect();
+    assert_eq!(states.last(), Some(&BoardState::Disabled), "{states:?}");
 }
