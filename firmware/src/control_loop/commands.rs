@@ -6,7 +6,10 @@
 //! Requests and writes of targets are numbered: a number that differs from the one taken last is
 //! new. A message that is read twice has the same effect as one that is read once.
 
+use core::hash::{Hash, Hasher};
+
 use crate::{
+    check_value::check_value,
     command::excitation::{Run, Sample},
     interface::CommandSource,
 };
@@ -90,7 +93,7 @@ impl<T> Numbered<T> {
 /// ```
 /// use firmware::control_loop::{Command, Commands};
 ///
-/// let mut commands = Commands::DEFAULT;
+/// let mut commands = Commands::new();
 /// for control in [6, 7] {
 ///     let command = Command { control, ..*commands.newest() };
 ///     assert!(commands.set(&command, false, 0));
@@ -98,9 +101,11 @@ impl<T> Numbered<T> {
 /// // Both are still to be taken.
 /// assert_eq!([1, 2].map(|number| commands.at(number).control), [6, 7]);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Commands {
     queue: [Command; QUEUE],
+    /// The check value of each command: the loop verifies those that it takes.
+    checks: [u32; QUEUE],
     /// Number of the newest command of the queue.
     newest: u32,
     /// Number of the command with which the loop starts.
@@ -116,17 +121,43 @@ pub struct Commands {
     pub sample: (u8, Sample),
 }
 
+/// All but the queue.
+impl Hash for Commands {
+    fn hash<H: Hasher>(&self, state: &mut H) {
+        let Self {
+            queue: _,
+            checks: _,
+            newest,
+            first,
+            source,
+            network_loss,
+            restarts,
+            sample,
+        } = self;
+        (newest, first, source, network_loss, restarts, sample).hash(state);
+    }
+}
+
+impl Default for Commands {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Commands {
     /// No command.
-    pub const DEFAULT: Self = Self {
-        queue: [Command::DEFAULT; QUEUE],
-        newest: 0,
-        first: 0,
-        source: Numbered::new(CommandSource::Bus),
-        network_loss: Numbered::new(false),
-        restarts: 0,
-        sample: (0, Sample::DEFAULT),
-    };
+    pub fn new() -> Self {
+        Self {
+            queue: [Command::DEFAULT; QUEUE],
+            checks: [check_value(&Command::DEFAULT); QUEUE],
+            newest: 0,
+            first: 0,
+            source: Numbered::new(CommandSource::Bus),
+            network_loss: Numbered::new(false),
+            restarts: 0,
+            sample: (0, Sample::DEFAULT),
+        }
+    }
 
     /// Number of the newest command.
     pub fn number(&self) -> u32 {
@@ -144,6 +175,22 @@ impl Commands {
         self.queue.get(number as usize % QUEUE).unwrap_or(first)
     }
 
+    /// Whether the command of a number has its check value.
+    pub fn is_intact(&self, number: u32) -> bool {
+        let check = self.checks.get(number as usize % QUEUE);
+        check.is_some_and(|check| *check == check_value(self.at(number)))
+    }
+
+    /// Writes the command of a number. Where the one from which it was made differs from its check
+    /// value, so does this one.
+    fn put(&mut self, number: u32, command: &Command, is_intact: bool) {
+        let slot = number as usize % QUEUE;
+        if let (Some(queued), Some(check)) = (self.queue.get_mut(slot), self.checks.get_mut(slot)) {
+            *queued = *command;
+            *check = check_value(command) ^ u32::from(!is_intact);
+        }
+    }
+
     /// The newest command.
     pub fn newest(&self) -> &Command {
         self.at(self.newest)
@@ -157,13 +204,11 @@ impl Commands {
     #[must_use]
     pub fn set(&mut self, command: &Command, joins: bool, taken: u32) -> bool {
         let is_full = self.newest.wrapping_sub(taken) >= QUEUE as u32 - 1;
+        let is_intact = self.is_intact(self.newest);
         if is_full && ends_motion(command.control) {
             // The loop takes one in each control period, or reads again the one that it has.
             for number in 0..self.newest.wrapping_sub(taken).min(QUEUE as u32) {
-                let slot = self.newest.wrapping_sub(number) as usize % QUEUE;
-                if let Some(queued) = self.queue.get_mut(slot) {
-                    *queued = *command;
-                }
+                self.put(self.newest.wrapping_sub(number), command, is_intact);
             }
             return true;
         }
@@ -178,9 +223,7 @@ impl Commands {
             }
             self.newest = self.newest.wrapping_add(1);
         }
-        if let Some(newest) = self.queue.get_mut(self.newest as usize % QUEUE) {
-            *newest = *command;
-        }
+        self.put(self.newest, command, is_intact);
         true
     }
 
@@ -194,13 +237,13 @@ impl Commands {
         self.network_loss.set(is_lost);
     }
 
-    /// Restarts the loop, with the commands of [`Commands::DEFAULT`].
+    /// Restarts the loop, with the commands of [`Commands::new`].
     pub fn restart(&mut self) {
         *self = Self {
             newest: self.newest,
             first: self.newest,
             restarts: self.restarts.wrapping_add(1),
-            ..Self::DEFAULT
+            ..Self::new()
         };
     }
 }
@@ -272,9 +315,24 @@ mod tests {
     }
 
     #[test]
+    fn a_command_that_was_made_from_a_corrupt_one_is_corrupt() {
+        for slot in [0, 1] {
+            let mut commands = Commands::new();
+            assert!(control(&mut commands, 0, word(1)));
+            commands.queue[slot].target_position_mdeg ^= 1 << 20;
+            assert!(!commands.is_intact(slot as u32));
+            for taken in [0, 1] {
+                assert!(control(&mut commands, taken, word(2 + taken)));
+                let is_from_corrupt = slot == 1;
+                assert_eq!(commands.is_intact(commands.number()), !is_from_corrupt);
+            }
+        }
+    }
+
+    #[test]
     fn a_stop_replaces_what_was_not_taken_yet_of_a_full_queue() {
         for off in [0x00, 0x02, 0x0B] {
-            let mut commands = Commands::DEFAULT;
+            let mut commands = Commands::new();
             let mut last = 0;
             while control(&mut commands, last.min(3), word(last + 1)) {
                 last += 1;
@@ -287,7 +345,7 @@ mod tests {
 
     #[test]
     fn no_change_of_the_control_bits_is_lost_until_the_queue_is_full() {
-        let mut commands = Commands::DEFAULT;
+        let mut commands = Commands::new();
         let mut accepted = 0;
         while control(&mut commands, 0, word(accepted + 1)) {
             accepted += 1;
@@ -306,7 +364,7 @@ mod tests {
 
     #[test]
     fn a_target_acts_behind_the_edge_behind_which_it_was_written() {
-        let mut commands = Commands::DEFAULT;
+        let mut commands = Commands::new();
         let position = |mdeg| move |command: &mut Command| command.set_position(mdeg);
         assert!(change(&mut commands, 0, false, position(1_000)));
         assert!(control(&mut commands, 0, 0x1f));
@@ -326,7 +384,7 @@ mod tests {
 
     #[test]
     fn a_mode_acts_before_the_control_bits_that_follow_it() {
-        let mut commands = Commands::DEFAULT;
+        let mut commands = Commands::new();
         assert!(change(&mut commands, 0, false, |command| command.mode =
             Mode::ProfilePosition));
         assert!(control(&mut commands, 0, 0x1f));
@@ -337,7 +395,7 @@ mod tests {
 
     #[test]
     fn the_same_control_bits_are_no_new_command() {
-        let mut commands = Commands::DEFAULT;
+        let mut commands = Commands::new();
         for _ in 0..100 {
             assert!(control(&mut commands, 0, 15));
         }

@@ -90,7 +90,7 @@ impl Loop {
     /// use firmware::drive::StoredParameters;
     ///
     /// let parameters = LoopParameters::of(&StoredParameters::DEFAULT);
-    /// let mailboxes = (&Commands::DEFAULT, &parameters, &ExcitationRequest::NONE);
+    /// let mailboxes = (&Commands::new(), &parameters, &ExcitationRequest::NONE);
     /// let control_loop = Loop::new(mailboxes, Start::default());
     /// assert_eq!(control_loop.application().state(), BoardState::Initialising);
     /// ```

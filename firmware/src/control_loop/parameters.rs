@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn a_restart_of_a_driven_loop_begins_with_a_quick_stop() {
         let parameters = LoopParameters::of(&StoredParameters::DEFAULT);
-        let (mut commands, excitation) = (Commands::DEFAULT, ExcitationRequest::NONE);
+        let (mut commands, excitation) = (Commands::new(), ExcitationRequest::NONE);
         let mut control_loop = Loop::new((&commands, &parameters, &excitation), Start::default());
         let mut step = |commands: &Commands| {
             let outputs = *control_loop.step(&Inputs {
@@ -115,7 +115,7 @@ mod tests {
     #[test]
     fn a_restart_takes_the_parameters_of_the_mailbox() {
         let before = LoopParameters::of(&StoredParameters::DEFAULT);
-        let (mut commands, excitation) = (Commands::DEFAULT, ExcitationRequest::NONE);
+        let (mut commands, excitation) = (Commands::new(), ExcitationRequest::NONE);
         let mut control_loop = Loop::new((&commands, &before, &excitation), Start::default());
         let mut after = LoopParameters {
             number: 1,

@@ -116,7 +116,7 @@ impl<'a> Drive<'a> {
     pub fn new(stored: StoredParameters, buffer: &'a mut [i32]) -> Self {
         Self {
             messages: Messages {
-                commands: Checked::new(Commands::DEFAULT),
+                commands: Checked::new(Commands::new()),
                 parameters: Checked::new(LoopParameters::of(&stored)),
                 excitation: Checked::new(ExcitationRequest::NONE),
             },

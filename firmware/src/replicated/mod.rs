@@ -30,7 +30,7 @@ use crate::{
 /// use model_core::control::encoder_word::EncoderWord;
 ///
 /// let parameters = LoopParameters::of(&StoredParameters::DEFAULT);
-/// let (commands, excitation) = (Commands::DEFAULT, ExcitationRequest::NONE);
+/// let (commands, excitation) = (Commands::new(), ExcitationRequest::NONE);
 /// let control_loop = Loop::new((&commands, &parameters, &excitation), Start::default());
 /// let mut replicated = Replicated::new(control_loop);
 /// let samples = Samples::at_rest(EncoderWord::new(0));

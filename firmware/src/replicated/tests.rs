@@ -73,13 +73,13 @@ fn agrees(samples: &Samples, commands: &Commands) -> bool {
         LoopParameters::of(&StoredParameters::DEFAULT),
         ExcitationRequest::NONE,
     );
-    let mailboxes = (&Commands::DEFAULT, &parameters, &excitation);
+    let mailboxes = (&Commands::new(), &parameters, &excitation);
     let mut replicated = Replicated::new(Loop::new(mailboxes, Start::default()));
     let first = Samples::at_rest(EncoderWord::new(0));
     let inputs = Inputs {
         samples: &first,
         was_late: false,
-        commands: &Commands::DEFAULT,
+        commands: &Commands::new(),
         parameters: &parameters,
         excitation: &excitation,
     };
@@ -94,7 +94,7 @@ fn agrees(samples: &Samples, commands: &Commands) -> bool {
 
 #[test]
 fn another_sample_or_another_command_of_the_second_copy_is_a_difference() {
-    let (same, commands) = (Samples::at_rest(EncoderWord::new(0)), Commands::DEFAULT);
+    let (same, commands) = (Samples::at_rest(EncoderWord::new(0)), Commands::new());
     assert!(agrees(&same, &commands));
     let mut other = same;
     other.current = None;

@@ -56,6 +56,11 @@ impl Mailboxes {
     /// will take differs from its check value.
     pub fn verify(&self, taken: &Taken) -> Option<ForPeriod<'_>> {
         let commands = self.commands.get()?;
+        let next = taken.command.wrapping_add(1);
+        let is_next_intact = taken.command == commands.number() || commands.is_intact(next);
+        if !is_next_intact || !commands.is_intact(taken.command) {
+            return None;
+        }
         let is_restart = commands.restarts != taken.restarts;
         if is_restart || self.parameters.unverified().number != taken.parameters {
             self.parameters.get()?;
