@@ -125,7 +125,7 @@ impl State {
         let from = self
             .failsafe
             .retreat_mdeg
-            .unwrap_or(self.motion.position_mdeg);
+            .unwrap_or(self.application.outputs().motion.position_mdeg);
         let next = from.saturating_add(wanted.saturating_sub(from).max(-step).min(step));
         self.failsafe.retreat_mdeg = Some(next);
         next

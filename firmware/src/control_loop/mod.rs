@@ -69,7 +69,6 @@ pub struct State {
     axis: Axis,
     /// The command of this control period.
     command: Command,
-    motion: Motion,
     failsafe: Failsafe,
     /// Faults of commands, which the application does not detect: missing ones, and a refused
     /// enable.
@@ -78,7 +77,6 @@ pub struct State {
     pulse_age: u16,
     /// The circumstances that remain for a restart.
     start: Start,
-    taken: Taken,
 }
 
 impl Loop {
@@ -121,7 +119,7 @@ impl Loop {
 
     /// What the loop has taken from its mailboxes.
     pub fn taken(&self) -> &Taken {
-        &self.state.taken
+        self.state.taken()
     }
 
     /// The outputs of the last control period.
@@ -158,10 +156,10 @@ impl Loop {
             }
             return;
         }
-        if parameters.number != self.state.taken.parameters && self.apply(parameters) {
-            self.state.taken.parameters = parameters.number;
+        if parameters.number != self.state.taken().parameters && self.apply(parameters) {
+            self.state.taken_mut().parameters = parameters.number;
         }
-        if excitation.number != self.state.taken.excitation {
+        if excitation.number != self.state.taken().excitation {
             self.state.take_excitation(excitation);
         }
     }
@@ -183,30 +181,44 @@ impl State {
         (commands, parameters, excitation): (&Commands, &LoopParameters, &ExcitationRequest),
         start: Start,
     ) -> Self {
+        let mut application = Application::new(&parameters.board, start);
+        application.outputs_mut().taken = Taken {
+            command: commands.first(),
+            parameters: parameters.number,
+            excitation: excitation.number,
+            source: commands.source.number,
+            network_loss: commands.network_loss.number,
+            restarts: commands.restarts,
+            sample_due: None,
+        };
         Self {
-            application: Application::new(&parameters.board, start),
+            application,
             axis: Axis::starting_from(parameters.origin_mdeg),
             command: *commands.at(commands.first()),
-            motion: Motion::default(),
             failsafe: Failsafe::default(),
             command_faults: FaultSet::EMPTY,
             pulse_age: u16::MAX,
             start: start.permanent(),
-            taken: Taken {
-                command: commands.first(),
-                parameters: parameters.number,
-                excitation: excitation.number,
-                source: commands.source.number,
-                network_loss: commands.network_loss.number,
-                restarts: commands.restarts,
-                sample_due: None,
-            },
         }
+    }
+
+    /// What the loop has taken from its mailboxes, as it reports it.
+    fn taken(&self) -> &Taken {
+        &self.application.outputs().taken
+    }
+
+    fn taken_mut(&mut self) -> &mut Taken {
+        &mut self.application.outputs_mut().taken
+    }
+
+    /// The state of the axis, as the loop reports it.
+    fn motion(&mut self) -> &mut Motion {
+        &mut self.application.outputs_mut().motion
     }
 
     /// Whether a restart is requested: until the shaft is at rest, nothing else is taken.
     fn is_restarting(&self, commands: &Commands) -> bool {
-        commands.restarts != self.taken.restarts
+        commands.restarts != self.taken().restarts
     }
 
     fn control_period(&mut self, parameters: &LoopParameters, inputs: &Inputs<'_>) {
@@ -220,7 +232,7 @@ impl State {
         if self.is_restarting(inputs.commands) {
             // Refused where the shaft decelerates already.
             let _ = self.application.request(Request::QuickStop);
-            self.motion = Motion::default();
+            *self.motion() = Motion::default();
         } else {
             self.take_requests(inputs.commands);
             let (is_new_position, is_new_velocity) = self.take_command(inputs.commands);
@@ -230,12 +242,13 @@ impl State {
         }
         let settings = parameters.settings();
         self.application.control_period(settings, inputs.samples);
-        self.taken.sample_due = self.application.sample_due();
+        let sample_due = self.application.sample_due();
+        self.taken_mut().sample_due = sample_due;
         self.report();
     }
 
     fn take_excitation(&mut self, excitation: &ExcitationRequest) {
-        self.taken.excitation = excitation.number;
+        self.taken_mut().excitation = excitation.number;
         match excitation.run {
             // Refused while the loop is not closed.
             Some(run) => _ = self.application.start_excitation(run),
@@ -244,17 +257,17 @@ impl State {
     }
 
     fn take_requests(&mut self, commands: &Commands) {
-        if commands.source.number != self.taken.source {
-            self.taken.source = commands.source.number;
+        if commands.source.number != self.taken().source {
+            self.taken_mut().source = commands.source.number;
             // Refused for an excitation, which is started instead.
             let _ = (self.application).request(Request::Source(commands.source.value));
         }
-        if commands.network_loss.number != self.taken.network_loss {
-            self.taken.network_loss = commands.network_loss.number;
+        if commands.network_loss.number != self.taken().network_loss {
+            self.taken_mut().network_loss = commands.network_loss.number;
             self.failsafe.network(commands.network_loss.value);
         }
         let (excitation, sample) = commands.sample;
-        if excitation == self.taken.excitation {
+        if excitation == self.taken().excitation {
             self.application.take_sample(sample);
         }
     }
@@ -263,10 +276,11 @@ impl State {
     /// whether targets of position and velocity were written for it.
     fn take_command(&mut self, commands: &Commands) -> (bool, bool) {
         let is_ready = self.axis.state() != Cia402State::NotReadyToSwitchOn;
-        if is_ready && self.taken.command != commands.number() {
-            self.taken.command = self.taken.command.wrapping_add(1);
+        if is_ready && self.taken().command != commands.number() {
+            let next = self.taken().command.wrapping_add(1);
+            self.taken_mut().command = next;
         }
-        let command = *commands.at(self.taken.command);
+        let command = *commands.at(self.taken().command);
         let before = core::mem::replace(&mut self.command, command);
         let is_new_position = command.position_writes != before.position_writes;
         let is_new_velocity = command.velocity_writes != before.velocity_writes;
@@ -280,8 +294,6 @@ impl State {
         let latched = self.latched();
         let outputs = self.application.outputs_mut();
         outputs.fault = outputs.fault.or(self.command_faults.first());
-        outputs.motion = self.motion;
-        outputs.taken = self.taken;
         outputs.telemetry.latched = latched;
         outputs.telemetry.pulse_age = self.pulse_age;
     }

@@ -12,6 +12,7 @@ use super::{LoopParameters, State, failsafe::Reaction};
 use crate::{
     application::{BoardState, CommandSource, Refused, Request},
     faults::{Fault, FaultSet},
+    interface::Motion,
     timing::{angle_of_mdeg, rate_of_mdeg_s, thousandths},
 };
 
@@ -26,8 +27,8 @@ impl State {
     /// state "fault" alone: transition 15.
     pub(super) fn acknowledge(&mut self) {
         let resets = self.command.control & controlword::FAULT_RESET != 0;
-        let rises = resets && !self.motion.resets;
-        self.motion.resets = resets;
+        let before = core::mem::replace(&mut self.motion().resets, resets);
+        let rises = resets && !before;
         // A load that is held stalls the motor until the reset.
         let present = self.application.telemetry().present.without(STALL);
         let has_stopped = self.axis.state() == Cia402State::Fault;
@@ -66,24 +67,30 @@ impl State {
         let input = self.input(parameters, is_new_position, is_new_velocity);
         let of_encoder = input.position_actual;
         let output = self.axis.step(input, &parameters.axis);
-        self.motion.state = output.state;
-        let limits = self.application.telemetry().limits;
-        self.motion.status = output.statusword;
-        if limits.current {
-            self.motion.status |= statusword::INTERNAL_LIMIT;
+        let mut status = output.statusword;
+        if self.application.telemetry().limits.current {
+            status |= statusword::INTERNAL_LIMIT;
         }
         if self.application.is_derated(&parameters.limits) {
-            self.motion.status |= statusword::WARNING;
+            status |= statusword::WARNING;
         }
-        self.motion.mode = output.mode_display;
-        self.motion.following_error_mdeg = output.following_error;
-        self.motion.is_powered = output.demand != Demand::Off;
-        self.motion.origin_mdeg = output.origin;
         let actual = of_encoder.saturating_add(output.origin);
-        (self.motion.position_mdeg, self.motion.velocity_mdeg_s) = match output.demand {
+        let (position_mdeg, velocity_mdeg_s) = match output.demand {
             Demand::Off => (actual, 0),
             Demand::Position { position, velocity } => (position, velocity),
             Demand::Velocity(velocity) => (actual, velocity),
+        };
+        let motion = self.motion();
+        *motion = Motion {
+            state: output.state,
+            status,
+            mode: output.mode_display,
+            position_mdeg,
+            velocity_mdeg_s,
+            following_error_mdeg: output.following_error,
+            origin_mdeg: output.origin,
+            is_powered: output.demand != Demand::Off,
+            resets: motion.resets,
         };
         output
     }
