@@ -32,6 +32,7 @@ mod regulation;
 mod requests;
 mod stop_progress;
 mod stopping;
+mod torque;
 
 use model_core::control::{
     cascade::{CascadeState, CascadeStep, Setpoint},
@@ -40,7 +41,7 @@ use model_core::control::{
 
 pub use crate::interface::{
     BoardState, Bridge, BusState, CommandSource, Motion, Outputs, Refused, Request, Samples, Scan,
-    Settings, Taken, Telemetry,
+    Settings, Taken, Telemetry, TorqueSetpoint,
 };
 
 pub use self::current_limit::MotorLimits;

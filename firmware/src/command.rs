@@ -12,14 +12,17 @@
 pub mod excitation;
 pub mod servo;
 
-use model_core::control::{cascade::Setpoint, units::Angle};
+use model_core::control::{
+    cascade::Setpoint,
+    units::{Angle, Rate},
+};
 
 use self::{
     excitation::{Run, Running},
     servo::ServoPulse,
 };
 use crate::{
-    interface::CommandSource,
+    interface::{CommandSource, TorqueSetpoint},
     parameters::{CommandSettings, ServoSettings},
     timing::{angle_per_period, periods},
 };
@@ -33,6 +36,8 @@ pub struct SetpointSource {
     command: Angle,
     /// The last command of the bus.
     target: Setpoint,
+    /// The torque that the bus commands instead.
+    torque: Option<TorqueSetpoint>,
     /// Control periods since the last command of the source.
     age: u16,
     /// Whether the command has reached the angle of the servo pulse.
@@ -48,6 +53,7 @@ impl SetpointSource {
             source: CommandSource::of(settings),
             command: Angle::ZERO,
             target: Angle::ZERO.into(),
+            torque: None,
             age: 0,
             has_reached_pulse: false,
             servo: ServoPulse::default(),
@@ -89,18 +95,33 @@ impl SetpointSource {
         self.running = None;
         self.command = angle;
         self.target = angle.into();
+        self.torque = None;
         self.age = 0;
         self.has_reached_pulse = false;
     }
 
     /// Accepts a command of the bus; `false` if another source is active.
     pub fn take(&mut self, target: Setpoint) -> bool {
+        self.accept(target, None)
+    }
+
+    /// The same with a torque, which acts as no loop does.
+    pub fn take_torque(&mut self, torque: TorqueSetpoint) -> bool {
+        self.accept(Rate::ZERO.into(), Some(torque))
+    }
+
+    fn accept(&mut self, target: Setpoint, torque: Option<TorqueSetpoint>) -> bool {
         let taken = self.source() == CommandSource::Bus;
         if taken {
-            self.target = target;
+            (self.target, self.torque) = (target, torque);
             self.age = 0;
         }
         taken
+    }
+
+    /// The torque that is commanded instead of the setpoint.
+    pub fn torque(&self) -> Option<TorqueSetpoint> {
+        self.torque.filter(|_| self.source() == CommandSource::Bus)
     }
 
     /// Selects another source; `false` for an excitation, which is started instead.

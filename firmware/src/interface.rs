@@ -171,10 +171,21 @@ pub enum Request {
     Acknowledge,
     /// Follow this angle or rate.
     Command(Setpoint),
+    /// Apply this torque.
+    Torque(TorqueSetpoint),
     /// Select this source of commands.
     Source(CommandSource),
     /// End the excitation; the last command remains.
     StopExcitation,
+}
+
+/// A torque, and the rates between which it acts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TorqueSetpoint {
+    /// In thousandths of the rated torque.
+    pub permille: i16,
+    /// Least and greatest rate, mdeg/s: beyond them the motor brakes.
+    pub rates_mdeg_s: (i32, i32),
 }
 
 /// Reason why a request was refused, without effect.
@@ -234,6 +245,9 @@ pub struct Motion {
     pub position_mdeg: i32,
     /// The demanded velocity, mdeg/s.
     pub velocity_mdeg_s: i32,
+    /// The demanded torque in thousandths of the rated torque; 0 in other modes than those of
+    /// torque.
+    pub torque_permille: i16,
     /// The demanded position minus the measured one, mdeg; 0 in velocity modes.
     pub following_error_mdeg: i32,
     /// The position at which the encoder is at 0, mdeg.
@@ -252,6 +266,7 @@ impl Default for Motion {
             mode: Mode::CyclicPosition,
             position_mdeg: 0,
             velocity_mdeg_s: 0,
+            torque_permille: 0,
             following_error_mdeg: 0,
             origin_mdeg: 0,
             is_powered: false,

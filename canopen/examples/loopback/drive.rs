@@ -55,7 +55,8 @@ impl Drive {
         let output = self.axis.step(input, &parameters(limits));
         self.velocity = 0;
         match output.demand {
-            Demand::Off => {}
+            // No object of this device has a target torque.
+            Demand::Off | Demand::Torque { .. } => {}
             Demand::Position { position, velocity } => {
                 (self.position, self.velocity) = (position, velocity);
             }

@@ -26,14 +26,21 @@ pub struct Input {
     pub target_velocity: i32,
     /// Velocity offset 60B1h, added in cyclic synchronous velocity mode.
     pub velocity_offset: i32,
+    /// Target torque 6071h and, in cyclic synchronous torque mode, torque offset 60B2h; thousandths
+    /// of the rated torque.
+    pub target_torque: i16,
     /// 607Ah was written since the last period, by whatever value.
     pub is_new_position: bool,
     /// 60FFh or 60B1h was written since the last period, by whatever value.
     pub is_new_velocity: bool,
+    /// 6071h or 60B2h was written since the last period, by whatever value.
+    pub is_new_torque: bool,
     /// Position by the encoder: the position actual value 6064h less [`Output::origin`].
     pub position_actual: i32,
     /// Velocity actual value 606Ch.
     pub velocity_actual: i32,
+    /// Torque actual value 6077h.
+    pub torque_actual: i16,
     /// Motor current, in any unit; homing on a hard stop compares it.
     pub current_actual: i32,
     /// The fault that is present now.
@@ -53,10 +60,13 @@ impl Default for Input {
             target_position: 0,
             target_velocity: 0,
             velocity_offset: 0,
+            target_torque: 0,
             is_new_position: false,
             is_new_velocity: false,
+            is_new_torque: false,
             position_actual: 0,
             velocity_actual: 0,
+            torque_actual: 0,
             current_actual: 0,
             fault: Fault::None,
             voltage: true,
@@ -79,6 +89,13 @@ pub enum Demand {
     },
     /// Velocity demand value 606Bh.
     Velocity(i32),
+    /// Torque.
+    Torque {
+        /// Torque demand value 6074h.
+        torque: i16,
+        /// Least and greatest velocity at which it acts: beyond them the motor brakes.
+        velocities: (i32, i32),
+    },
 }
 
 /// Output of an axis in each control period.
@@ -124,6 +141,8 @@ pub struct Axis {
     /// it.
     command: i32,
     steps: u32,
+    /// The torque demand, millionths of the rated torque.
+    torque: i32,
     /// The axis decelerates to standstill.
     is_stopping: bool,
     stop_timer: HoldTimer,
@@ -150,7 +169,13 @@ struct ModeResult {
     ended: bool,
     /// Position, or in profile velocity mode velocity, that bit 10 "target reached" compares with.
     target: i32,
+    /// Least and greatest velocity at which a torque acts; `None` in modes without one, and until
+    /// a target torque is written.
+    velocities: Option<(i32, i32)>,
 }
+
+/// A thousandth of the rated torque in units of [`Axis::torque`].
+const TORQUE_UNIT: i32 = 1_000;
 
 impl Axis {
     /// At power-on.
@@ -218,6 +243,7 @@ impl Axis {
             Motion::Stop(how) => {
                 // A profile resumes after a halt; the targets of a cyclic mode have moved on.
                 self.has_target &= !input.mode.is_cyclic();
+                self.torque = i32::from(input.torque_actual) * TORQUE_UNIT;
                 if !was_stopping {
                     self.start_stop(input, parameters);
                 }

@@ -1,11 +1,10 @@
 //! Drive profile CiA 402, independent of any bus: controlword in, statusword out.
 //!
 //! [`Axis::step`] runs once in each control period. It runs the state machine, generates the demand
-//! of the modes profile position, profile velocity, homing, interpolated position, cyclic
-//! synchronous position and cyclic synchronous velocity, and monitors following error and target
-//! windows. All values are integers
-//! in any position unit; velocities are in that unit per second, accelerations in that unit per
-//! second squared.
+//! of the modes profile position, velocity and torque, homing, interpolated position, and cyclic
+//! synchronous position, velocity and torque, and monitors following error and target windows. All
+//! values are integers in any position unit; velocities are in that unit per second, accelerations
+//! in that unit per second squared, torques in thousandths of the rated torque.
 
 mod axis;
 mod homing;

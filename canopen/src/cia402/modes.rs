@@ -10,6 +10,8 @@ pub enum Mode {
     ProfilePosition = 1,
     /// Profile velocity.
     ProfileVelocity = 3,
+    /// Profile torque.
+    ProfileTorque = 4,
     /// Homing.
     Homing = 6,
     /// Interpolated position.
@@ -18,11 +20,14 @@ pub enum Mode {
     CyclicPosition = 8,
     /// Cyclic synchronous velocity.
     CyclicVelocity = 9,
+    /// Cyclic synchronous torque.
+    CyclicTorque = 10,
 }
 
 impl Mode {
     /// Object 6502h "supported drive modes" with all modes of this enumeration.
-    pub const SUPPORTED: u32 = 1 << 0 | 1 << 2 | 1 << 5 | 1 << 6 | 1 << 7 | 1 << 8;
+    pub const SUPPORTED: u32 =
+        1 << 0 | 1 << 2 | 1 << 3 | 1 << 5 | 1 << 6 | 1 << 7 | 1 << 8 | 1 << 9;
 
     /// The mode of a code of 6060h; `None` if it is not supported.
     ///
@@ -30,7 +35,7 @@ impl Mode {
     /// use canopen::cia402::Mode;
     /// assert_eq!(Mode::from_code(8), Some(Mode::CyclicPosition));
     /// assert_eq!(Mode::from_code(2), None);
-    /// assert_eq!(Mode::SUPPORTED, 0x1E5);
+    /// assert_eq!(Mode::SUPPORTED, 0x3ED);
     /// ```
     #[must_use]
     pub const fn from_code(code: i8) -> Option<Self> {
@@ -38,10 +43,12 @@ impl Mode {
             0 => Self::None,
             1 => Self::ProfilePosition,
             3 => Self::ProfileVelocity,
+            4 => Self::ProfileTorque,
             6 => Self::Homing,
             7 => Self::InterpolatedPosition,
             8 => Self::CyclicPosition,
             9 => Self::CyclicVelocity,
+            10 => Self::CyclicTorque,
             _ => return None,
         })
     }
@@ -51,8 +58,17 @@ impl Mode {
     pub const fn is_cyclic(self) -> bool {
         matches!(
             self,
-            Self::InterpolatedPosition | Self::CyclicPosition | Self::CyclicVelocity
+            Self::InterpolatedPosition
+                | Self::CyclicPosition
+                | Self::CyclicVelocity
+                | Self::CyclicTorque
         )
+    }
+
+    /// Whether the mode has a torque demand.
+    #[must_use]
+    pub const fn is_torque(self) -> bool {
+        matches!(self, Self::ProfileTorque | Self::CyclicTorque)
     }
 
     /// Whether the mode has a position demand.

@@ -29,8 +29,12 @@ pub struct Parameters {
     /// Deceleration that the motor reaches: the approach to a position limit counts on no more of
     /// 6084h than this.
     pub reachable_deceleration: u32,
-    /// Max profile velocity 607Fh.
+    /// Max profile velocity 607Fh or max motor speed 6080h, whichever is less.
     pub max_velocity: u32,
+    /// Max torque 6072h, thousandths of the rated torque.
+    pub max_torque: u16,
+    /// Torque slope 6087h, thousandths of the rated torque per second.
+    pub torque_slope: u32,
     /// Profile velocity 6081h.
     pub profile_velocity: u32,
     /// Profile acceleration 6083h.
@@ -81,6 +85,8 @@ impl Default for Parameters {
             approach_gain: 0,
             reachable_deceleration: u32::MAX,
             max_velocity: 500_000,
+            max_torque: 1_000,
+            torque_slope: 10_000,
             profile_velocity: 300_000,
             acceleration: 3_000_000,
             deceleration: 3_000_000,

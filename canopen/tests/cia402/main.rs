@@ -9,6 +9,7 @@ mod random;
 mod states;
 mod stops;
 mod tables;
+mod torque;
 
 use canopen::cia402::{Axis, Demand, Input, Mode, Output, Parameters, StateMachine, controlword};
 
@@ -29,6 +30,7 @@ impl Bench {
             mode,
             is_new_position: true,
             is_new_velocity: true,
+            is_new_torque: true,
             ..Input::default()
         };
         Self {
@@ -52,6 +54,13 @@ impl Bench {
         bench
     }
 
+    /// Whether the master writes its targets in each period from now on.
+    fn writes(&mut self, writes: bool) {
+        self.input.is_new_position = writes;
+        self.input.is_new_velocity = writes;
+        self.input.is_new_torque = writes;
+    }
+
     fn step(&mut self) -> Output {
         let output = self.axis.step(self.input, &self.parameters);
         if self.follows {
@@ -61,15 +70,21 @@ impl Bench {
                     self.input.position_actual = position;
                     self.input.velocity_actual = velocity;
                 }
-                Demand::Velocity(velocity) => {
-                    self.input.velocity_actual = velocity;
-                    let way =
-                        i64::from(velocity) * i64::from(self.parameters.period_us) / 1_000_000;
-                    self.input.position_actual += way as i32;
+                Demand::Velocity(velocity) => self.turn(velocity),
+                Demand::Torque { torque, velocities } => {
+                    // The rated torque accelerates with 1000 deg/s^2.
+                    let faster = self.input.velocity_actual + 4 * i32::from(torque);
+                    self.turn(faster.clamp(velocities.0, velocities.1));
                 }
             }
         }
         output
+    }
+
+    fn turn(&mut self, velocity: i32) {
+        self.input.velocity_actual = velocity;
+        let way = i64::from(velocity) * i64::from(self.parameters.period_us) / 1_000_000;
+        self.input.position_actual += way as i32;
     }
 
     fn command(&mut self, word: u16) -> Output {

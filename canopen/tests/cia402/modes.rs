@@ -273,14 +273,14 @@ fn a_target_acts_once_it_is_written_after_the_mode_has_started() {
         }
         // The target that comes with the controlword that enables operation is from before.
         let first = bench.command(ENABLE);
-        (bench.input.is_new_position, bench.input.is_new_velocity) = (false, false);
+        bench.writes(false);
         bench.run(50);
         assert_eq!(bench.input.position_actual, 0, "{mode:?}");
         assert!(!has(first.statusword, statusword::MODE_12) || mode == Mode::ProfileVelocity);
         // The same values, written again.
-        (bench.input.is_new_position, bench.input.is_new_velocity) = (true, true);
+        bench.writes(true);
         bench.step();
-        (bench.input.is_new_position, bench.input.is_new_velocity) = (false, false);
+        bench.writes(false);
         bench.run(50);
         assert!(bench.input.position_actual >= 9_000, "{mode:?}");
     }
@@ -297,7 +297,7 @@ fn a_cyclic_mode_needs_a_new_target_after_a_halt_and_a_profile_resumes() {
         bench.input.target_position = 2_000;
         bench.input.target_velocity = 50_000;
         bench.run(3);
-        (bench.input.is_new_position, bench.input.is_new_velocity) = (false, false);
+        bench.writes(false);
         bench.command(ENABLE | controlword::HALT);
         bench.run(50);
         let place = bench.input.position_actual;

@@ -12,6 +12,8 @@ fn mode() -> impl Strategy<Value = Mode> {
         Mode::InterpolatedPosition,
         Mode::CyclicPosition,
         Mode::CyclicVelocity,
+        Mode::ProfileTorque,
+        Mode::CyclicTorque,
     ])
 }
 
@@ -28,11 +30,12 @@ proptest! {
         let input = &mut bench.input;
         (input.position_actual, input.target_position) = (angle, target);
         (input.target_velocity, input.velocity_offset) = (velocity, offset);
+        (input.target_torque, input.torque_actual) = (target as i16, velocity as i16);
         for word in [0, 6, 7] {
             bench.command(word);
         }
         bench.command(ENABLE | set_point);
-        (bench.input.is_new_position, bench.input.is_new_velocity) = (false, false);
+        bench.writes(false);
         for mode in modes {
             bench.input.mode = mode;
             for _ in 0..10 {
@@ -40,6 +43,7 @@ proptest! {
                     Demand::Off => prop_assert!(false, "powered"),
                     Demand::Position { position, velocity } => prop_assert_eq!((position, velocity), (angle, 0)),
                     Demand::Velocity(velocity) => prop_assert_eq!(velocity, 0),
+                    Demand::Torque { torque, .. } => prop_assert!(false, "{}", torque),
                 }
             }
         }
@@ -62,6 +66,7 @@ proptest! {
             bench.input.velocity_offset = position;
             bench.input.position_actual = position / 50_000;
             bench.input.velocity_actual = velocity;
+            (bench.input.target_torque, bench.input.torque_actual) = (position as i16, velocity as i16);
             bench.input.fault = match fault { 0 => Fault::Controlled, 1 => Fault::Immediate, _ => Fault::None };
             let output = bench.command(word);
             let powered = matches!(
@@ -73,6 +78,10 @@ proptest! {
                 && period_us == 4000 && mode == Mode::CyclicVelocity
             {
                 prop_assert!(velocity.unsigned_abs() <= 500_000);
+            }
+            if let Demand::Torque { torque, velocities: (slowest, fastest) } = output.demand {
+                prop_assert!(torque.unsigned_abs() <= 1_000 || mode == Mode::ProfileTorque);
+                prop_assert!((-500_000..=0).contains(&slowest) && (0..=500_000).contains(&fastest));
             }
         }
     }

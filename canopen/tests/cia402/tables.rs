@@ -64,10 +64,12 @@ fn each_mode_has_its_code_and_its_bit_of_6502h() {
         (0, Mode::None),
         (1, Mode::ProfilePosition),
         (3, Mode::ProfileVelocity),
+        (4, Mode::ProfileTorque),
         (6, Mode::Homing),
         (7, Mode::InterpolatedPosition),
         (8, Mode::CyclicPosition),
         (9, Mode::CyclicVelocity),
+        (10, Mode::CyclicTorque),
     ];
     for (code, mode) in modes {
         assert_eq!(Mode::from_code(code), Some(mode));

@@ -31,7 +31,7 @@ use crate::{
 };
 
 /// `k`.
-const OPPOSING: i32 = 4;
+pub(super) const OPPOSING: i32 = 4;
 
 /// Greatest duty, %: its on time ends 50 us before the window, which begins after 80 % of the last
 /// PWM period.

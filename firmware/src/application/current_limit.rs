@@ -65,6 +65,8 @@ const GREATEST_MV: f32 = 33_000.0;
 pub struct MotorLimits {
     /// The lower one of 6072h and 6073h, mA: the rated torque is that of the rated current.
     current_ma: Single,
+    /// 6075h, mA.
+    rated_ma: Single,
     resistance_ohm: Single,
     /// The voltage of this current at the resistance of the cold winding, mV.
     voltage_mv: i32,
@@ -83,11 +85,19 @@ impl MotorLimits {
         let winding_deg_c = board.current.winding_mdeg_c as f32 * 1e-3;
         Self {
             current_ma: Single::new(current_ma),
+            rated_ma: Single::new(board.current.rated_ma as f32),
             resistance_ohm: Single::new(model.resistance_ohm),
             voltage_mv: within(current_ma * model.resistance_ohm),
             derated_deg_c: Single::new(winding_deg_c - DERATING_K),
             winding_deg_c: Single::new(winding_deg_c),
         }
+    }
+
+    /// The voltage at the resistance of this winding that makes a torque, in thousandths of the
+    /// rated one; mV.
+    pub(super) fn resistive_mv(&self, permille: i16, winding: &Winding) -> i32 {
+        let resistance_ohm = self.resistance_ohm.get() * winding.resistance_ratio();
+        within(f32::from(permille) * 1e-3 * self.rated_ma.get() * resistance_ohm)
     }
 
     /// Whether the current of this winding is reduced.

@@ -8,9 +8,10 @@ use model_core::control::{
 };
 
 use super::{
-    AFTER_A_RESET, Application, BoardState, Bridge, Settings,
+    AFTER_A_RESET, Application, BoardState, Bridge, Settings, TorqueSetpoint,
     back_emf_brake::{self, BackEmfBrake},
     stop_progress::StopProgress,
+    torque,
 };
 use crate::{
     faults::{Fault, FaultSet},
@@ -59,7 +60,10 @@ impl Application {
                 if let Some((current, back_emf_mv)) = measured.current.zip(measured.back_emf_mv) {
                     self.back_emf_brake.observe(current, back_emf_mv);
                 }
-                let step = self.control.regulate(&parameters.control, setpoint);
+                let step = match self.setpoints.torque() {
+                    Some(torque) => self.follow_torque(settings, measured, torque),
+                    None => self.control.regulate(&parameters.control, setpoint),
+                };
                 self.apply_limited(settings, measured, step);
             }
             BoardState::Enabled => self.apply_limited(settings, measured, self.last_step),
@@ -76,6 +80,23 @@ impl Application {
                 }
             }
         }
+    }
+
+    /// A step of the control law that makes a torque.
+    #[inline(never)]
+    fn follow_torque(
+        &mut self,
+        settings: Settings<'_>,
+        measured: &Measured,
+        torque: TorqueSetpoint,
+    ) -> CascadeStep {
+        let supply_mv = self.outputs.telemetry.supply_mv;
+        let voltages = (measured.back_emf_mv.unwrap_or(0), supply_mv);
+        let winding = self.protection.winding();
+        let (duty, is_rate_limited) = torque::duty(torque, settings, winding, voltages);
+        let mut step = self.control.follow_duty(&settings.board.control, duty);
+        step.limits.rate = is_rate_limited;
+        step
     }
 
     /// One period of a stop by the back-EMF, and its end.

@@ -81,6 +81,11 @@ impl Application {
                     return Err(Refused::Source(self.setpoints.source()));
                 }
             }
+            Request::Torque(torque) => {
+                if !self.setpoints.take_torque(torque) {
+                    return Err(Refused::Source(self.setpoints.source()));
+                }
+            }
             Request::Source(source) => {
                 if !self.setpoints.switch(source) {
                     return Err(Refused::Source(source));

@@ -98,7 +98,9 @@ pub(super) fn axis_parameters(values: &ObjectValues, board: &BoardParameters) ->
         approach_gain: approach_gain(&board.control),
         // Within 100,000 deg/s^2.
         reachable_deceleration: board.stop.quick_stop_deceleration_deg_s2.unsigned_abs() * 1000,
-        max_velocity: profile.max_velocity_mdeg_s,
+        max_velocity: (profile.max_velocity_mdeg_s).min(profile.max_motor_speed_mdeg_s),
+        max_torque: (values.limits.max_torque_permille).min(values.limits.max_current_permille),
+        torque_slope: profile.torque_slope_permille_s,
         profile_velocity: profile.profile_velocity_mdeg_s,
         acceleration: (profile.acceleration_mdeg_s2)
             .min(profile.max_acceleration_mdeg_s2)

@@ -31,10 +31,14 @@ pub struct Command {
     pub target_velocity_mdeg_s: i32,
     /// Added to the target of the cyclic velocity mode, mdeg/s.
     pub velocity_offset_mdeg_s: i32,
+    /// Target of the torque modes, thousandths of the rated torque.
+    pub target_torque_permille: i16,
     /// Number of writes of the target position; wraps.
     pub position_writes: u8,
     /// Number of writes of the target velocity or its offset; wraps.
     pub velocity_writes: u8,
+    /// Number of writes of the target torque or its offset; wraps.
+    pub torque_writes: u8,
 }
 
 impl Command {
@@ -45,8 +49,10 @@ impl Command {
         target_position_mdeg: 0,
         target_velocity_mdeg_s: 0,
         velocity_offset_mdeg_s: 0,
+        target_torque_permille: 0,
         position_writes: 0,
         velocity_writes: 0,
+        torque_writes: 0,
     };
 
     /// Sets a target position, mdeg.
@@ -59,6 +65,12 @@ impl Command {
     pub fn set_velocity(&mut self, mdeg_s: i32) {
         self.target_velocity_mdeg_s = mdeg_s;
         self.velocity_writes = self.velocity_writes.wrapping_add(1);
+    }
+
+    /// Sets a target torque, thousandths of the rated torque.
+    pub fn set_torque(&mut self, permille: i16) {
+        self.target_torque_permille = permille;
+        self.torque_writes = self.torque_writes.wrapping_add(1);
     }
 
     /// Sets the offset of the target velocity, mdeg/s.

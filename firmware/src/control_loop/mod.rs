@@ -79,6 +79,14 @@ pub struct State {
     start: Start,
 }
 
+/// Targets that were written since the last control period.
+#[derive(Debug, Clone, Copy)]
+struct Written {
+    position: bool,
+    velocity: bool,
+    torque: bool,
+}
+
 impl Loop {
     /// A loop after a reset of any kind, which has taken the content of its mailboxes.
     ///
@@ -235,9 +243,9 @@ impl State {
             *self.motion() = Motion::default();
         } else {
             self.take_requests(inputs.commands);
-            let (is_new_position, is_new_velocity) = self.take_command(inputs.commands);
+            let written = self.take_command(inputs.commands);
             self.acknowledge();
-            let demand = self.step_axis(parameters, is_new_position, is_new_velocity);
+            let demand = self.step_axis(parameters, written);
             self.apply_demand(&parameters.axis, &demand);
         }
         let settings = parameters.settings();
@@ -273,8 +281,8 @@ impl State {
     }
 
     /// Takes the next command of the queue, which waits for the end of the initialisation; returns
-    /// whether targets of position and velocity were written for it.
-    fn take_command(&mut self, commands: &Commands) -> (bool, bool) {
+    /// which targets were written for it.
+    fn take_command(&mut self, commands: &Commands) -> Written {
         let is_ready = self.axis.state() != Cia402State::NotReadyToSwitchOn;
         if is_ready && self.taken().command != commands.number() {
             let next = self.taken().command.wrapping_add(1);
@@ -282,12 +290,15 @@ impl State {
         }
         let command = *commands.at(self.taken().command);
         let before = core::mem::replace(&mut self.command, command);
-        let is_new_position = command.position_writes != before.position_writes;
-        let is_new_velocity = command.velocity_writes != before.velocity_writes;
-        if is_new_position || is_new_velocity {
+        let written = Written {
+            position: command.position_writes != before.position_writes,
+            velocity: command.velocity_writes != before.velocity_writes,
+            torque: command.torque_writes != before.torque_writes,
+        };
+        if written.position || written.velocity || written.torque {
             self.failsafe.commanded();
         }
-        (is_new_position, is_new_velocity)
+        written
     }
 
     fn report(&mut self) {

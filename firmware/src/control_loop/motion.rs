@@ -8,9 +8,9 @@ use canopen::cia402::{
 
 use model_core::control::cascade::Setpoint;
 
-use super::{LoopParameters, State, failsafe::Reaction};
+use super::{LoopParameters, State, Written, failsafe::Reaction};
 use crate::{
-    application::{BoardState, CommandSource, Refused, Request},
+    application::{BoardState, CommandSource, Refused, Request, TorqueSetpoint},
     faults::{Fault, FaultSet},
     interface::Motion,
     timing::{angle_of_mdeg, rate_of_mdeg_s, thousandths},
@@ -47,12 +47,7 @@ impl State {
     }
 
     /// One period of the axis.
-    pub(super) fn step_axis(
-        &mut self,
-        parameters: &LoopParameters,
-        is_new_position: bool,
-        is_new_velocity: bool,
-    ) -> Output {
+    pub(super) fn step_axis(&mut self, parameters: &LoopParameters, written: Written) -> Output {
         if !self.is_commanded() {
             // Start from the command while the loop is closed, so that taking over is no step.
             let command = match self.application.state() {
@@ -64,21 +59,24 @@ impl State {
             let rate_mdeg_s = if runs { 0 } else { self.rate_mdeg_s() };
             self.axis.reset_demand(thousandths(command), rate_mdeg_s);
         }
-        let input = self.input(parameters, is_new_position, is_new_velocity);
+        let input = self.input(parameters, written);
         let of_encoder = input.position_actual;
         let output = self.axis.step(input, &parameters.axis);
         let mut status = output.statusword;
-        if self.application.telemetry().limits.current {
+        let limits = self.application.telemetry().limits;
+        let is_torque = matches!(output.demand, Demand::Torque { .. });
+        if limits.current || is_torque && limits.rate {
             status |= statusword::INTERNAL_LIMIT;
         }
         if self.application.is_derated(&parameters.limits) {
             status |= statusword::WARNING;
         }
         let actual = of_encoder.saturating_add(output.origin);
-        let (position_mdeg, velocity_mdeg_s) = match output.demand {
-            Demand::Off => (actual, 0),
-            Demand::Position { position, velocity } => (position, velocity),
-            Demand::Velocity(velocity) => (actual, velocity),
+        let (position_mdeg, velocity_mdeg_s, torque_permille) = match output.demand {
+            Demand::Off => (actual, 0, 0),
+            Demand::Position { position, velocity } => (position, velocity, 0),
+            Demand::Velocity(velocity) => (actual, velocity, 0),
+            Demand::Torque { torque, .. } => (actual, self.rate_mdeg_s(), torque),
         };
         let motion = self.motion();
         *motion = Motion {
@@ -87,6 +85,7 @@ impl State {
             mode: output.mode_display,
             position_mdeg,
             velocity_mdeg_s,
+            torque_permille,
             following_error_mdeg: output.following_error,
             origin_mdeg: output.origin,
             is_powered: output.demand != Demand::Off,
@@ -95,22 +94,20 @@ impl State {
         output
     }
 
-    fn input(
-        &mut self,
-        parameters: &LoopParameters,
-        is_new_position: bool,
-        is_new_velocity: bool,
-    ) -> Input {
+    fn input(&mut self, parameters: &LoopParameters, written: Written) -> Input {
         let mut input = Input {
             controlword: self.command.control,
             mode: self.command.mode,
             target_position: self.command.target_position_mdeg,
             target_velocity: self.command.target_velocity_mdeg_s,
             velocity_offset: self.command.velocity_offset_mdeg_s,
-            is_new_position,
-            is_new_velocity,
+            target_torque: self.command.target_torque_permille,
+            is_new_position: written.position,
+            is_new_velocity: written.velocity,
+            is_new_torque: written.torque,
             position_actual: self.angle_mdeg(),
             velocity_actual: self.application.velocity_mdeg_s(),
+            torque_actual: self.torque_permille(parameters),
             current_actual: self.application.telemetry().current_ma,
             fault: self.fault(),
             voltage: self.application.telemetry().present.and(VOLTAGE).is_empty(),
@@ -149,10 +146,19 @@ impl State {
             Demand::Off => self.power_off(axis, output.state),
             Demand::Position { position, .. } => {
                 let of_encoder = position.saturating_sub(output.origin);
-                self.command(output.state, angle_of_mdeg(of_encoder).into());
+                let setpoint = Setpoint::Angle(angle_of_mdeg(of_encoder));
+                self.command(output.state, Request::Command(setpoint));
             }
             Demand::Velocity(velocity) => {
-                self.command(output.state, rate_of_mdeg_s(velocity).into());
+                let setpoint = Setpoint::Rate(rate_of_mdeg_s(velocity));
+                self.command(output.state, Request::Command(setpoint));
+            }
+            Demand::Torque { torque, velocities } => {
+                let setpoint = TorqueSetpoint {
+                    permille: torque,
+                    rates_mdeg_s: velocities,
+                };
+                self.command(output.state, Request::Torque(setpoint));
             }
         }
     }
@@ -171,7 +177,7 @@ impl State {
         }
     }
 
-    fn command(&mut self, state: Cia402State, setpoint: Setpoint) {
+    fn command(&mut self, state: Cia402State, request: Request) {
         let runs = state == Cia402State::OperationEnabled;
         if runs
             && matches!(
@@ -187,7 +193,7 @@ impl State {
             }
         }
         if self.is_commanded() {
-            let _ = self.application.request(Request::Command(setpoint));
+            let _ = self.application.request(request);
         } else if !runs && self.application.state() == BoardState::Enabled {
             // A stop ends the commands of every other source.
             let _ = match self.application.source() {
@@ -199,6 +205,17 @@ impl State {
 
     pub(super) fn angle_mdeg(&self) -> i32 {
         thousandths(self.application.telemetry().angle)
+    }
+
+    /// Torque in thousandths of the rated torque, which a torque mode starts from.
+    fn torque_permille(&self, parameters: &LoopParameters) -> i16 {
+        if !self.command.mode.is_torque() {
+            return 0;
+        }
+        let current_ma = self.application.telemetry().current_ma;
+        // Within 3300 times 1000, over 50 mA at the least.
+        let permille = (current_ma * 1000).checked_div(parameters.board.current.rated_ma);
+        permille.and_then(|it| i16::try_from(it).ok()).unwrap_or(0)
     }
 
     fn rate_mdeg_s(&self) -> i32 {

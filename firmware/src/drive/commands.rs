@@ -35,6 +35,7 @@ impl Drive<'_> {
         let sign = Polarity::of(&self.values);
         let position = |mdeg: i32| signed(mdeg.wrapping_mul(sign.position));
         let velocity = |mdeg_s: i32| signed(mdeg_s.wrapping_mul(sign.velocity));
+        let torque = |permille: i16| signed(i32::from(permille) * sign.velocity);
         match command {
             DriveCommand::CommandSource => self.selected_source() as u64,
             DriveCommand::ExcitationControl => self.measured(Measured::ExcitationStatus),
@@ -51,6 +52,8 @@ impl Drive<'_> {
             DriveCommand::InterpolationPoint => position(self.targets.point),
             DriveCommand::TargetVelocity => velocity(commands.target_velocity_mdeg_s),
             DriveCommand::VelocityOffset => velocity(commands.velocity_offset_mdeg_s),
+            DriveCommand::TargetTorque => torque(self.targets.torque),
+            DriveCommand::TorqueOffset => torque(self.targets.torque_offset),
             DriveCommand::TouchProbe => u64::from(self.touch_probes.function()),
             DriveCommand::AbortConnection => signed(self.abort_connection()),
         }
@@ -82,7 +85,9 @@ impl Drive<'_> {
             | DriveCommand::TargetPosition
             | DriveCommand::PositionOffset
             | DriveCommand::TargetVelocity
-            | DriveCommand::VelocityOffset => return self.command(command, value),
+            | DriveCommand::VelocityOffset
+            | DriveCommand::TargetTorque
+            | DriveCommand::TorqueOffset => return self.command(command, value),
         }
         Ok(())
     }
@@ -95,6 +100,7 @@ impl Drive<'_> {
         let sign = Polarity::of(&self.values);
         let position = (value as i32).saturating_mul(sign.position);
         let velocity = (value as i32).saturating_mul(sign.velocity);
+        let torque = (value as i16).saturating_mul(sign.velocity as i16);
         match object {
             DriveCommand::Controlword => command.control = value as u16,
             DriveCommand::Mode => {
@@ -102,18 +108,24 @@ impl Drive<'_> {
                 targets.clear();
                 let target = targets.of_mode(command.mode);
                 command.target_position_mdeg = target.unwrap_or(command.target_position_mdeg);
+                command.target_torque_permille = targets.torque_of_mode(command.mode);
             }
             DriveCommand::TargetPosition => targets.position = position,
             DriveCommand::PositionOffset => targets.offset = position,
+            DriveCommand::TargetTorque => targets.torque = torque,
+            DriveCommand::TorqueOffset => targets.torque_offset = torque,
             DriveCommand::TargetVelocity => command.set_velocity(velocity),
             _ => command.set_velocity_offset(velocity),
         }
-        let is_position = matches!(
-            object,
-            DriveCommand::TargetPosition | DriveCommand::PositionOffset
-        );
-        if let Some(target) = targets.of_mode(command.mode).filter(|_| is_position) {
-            command.set_position(target);
+        match object {
+            DriveCommand::TargetPosition | DriveCommand::PositionOffset => {
+                let target = targets.of_mode(command.mode);
+                target.into_iter().for_each(|it| command.set_position(it));
+            }
+            DriveCommand::TargetTorque | DriveCommand::TorqueOffset => {
+                command.set_torque(targets.torque_of_mode(command.mode));
+            }
+            _ => {}
         }
         self.post_command(&command)?;
         self.targets = targets;

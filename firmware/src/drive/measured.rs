@@ -85,7 +85,12 @@ impl Drive<'_> {
             Measured::Duty => short(thousandths(t.duty) / 10),
             Measured::BackEmfMv => short(t.back_emf_mv),
             Measured::CurrentMa => short(t.current_ma),
-            Measured::CurrentPermille => short(self.permille_of_rated_current(t.current_ma)),
+            Measured::CurrentPermille => {
+                short(sign().velocity * self.permille_of_rated_current(t.current_ma))
+            }
+            Measured::TorqueDemandPermille => {
+                signed(sign().velocity * i32::from(motion.torque_permille))
+            }
             // Within 100,000 times 20,000 mV: an i32.
             Measured::MotorVoltageMv => {
                 short(thousandths(t.duty).saturating_mul(t.supply_mv) / 100_000)

@@ -1,4 +1,5 @@
-//! The target positions: what the objects 607Ah, 60B0h and 60C1h of each mode become.
+//! The targets of position and torque: what the objects 607Ah, 60B0h and 60C1h, and 6071h and
+//! 60B2h, of each mode become.
 //!
 //! The points of the interpolated position mode wait here, and one is posted in each interpolation
 //! period: the loop moves to each within that time. It begins once two wait, or one has waited for
@@ -16,6 +17,10 @@ pub(super) struct Targets {
     pub position: i32,
     /// 60B0h.
     pub offset: i32,
+    /// 6071h.
+    pub torque: i16,
+    /// 60B2h.
+    pub torque_offset: i16,
     /// 60C1h:1, written last.
     pub point: i32,
     points: [i32; POINTS],
@@ -35,6 +40,14 @@ impl Targets {
             Mode::InterpolatedPosition => None,
             Mode::CyclicPosition => Some(self.position.saturating_add(self.offset)),
             _ => Some(self.position),
+        }
+    }
+
+    /// The target torque of a mode.
+    pub fn torque_of_mode(&self, mode: Mode) -> i16 {
+        match mode {
+            Mode::CyclicTorque => self.torque.saturating_add(self.torque_offset),
+            _ => self.torque,
         }
     }
 

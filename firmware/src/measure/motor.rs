@@ -77,6 +77,30 @@ impl MotorConstants {
     pub const fn rate_mdeg_s(&self, back_emf_mv: i32) -> i32 {
         (back_emf_mv * self.rate_per_mv) >> 8
     }
+
+    /// Back-EMF at this rate of the shaft, mV; that of 8,000 deg/s at most.
+    ///
+    /// ```
+    /// use firmware::{measure::MotorConstants, parameters::ModelSettings};
+    ///
+    /// let motor = MotorConstants::of(&ModelSettings::DEFAULT);
+    /// assert_eq!([283_411, i32::MIN].map(|rate| motor.back_emf_mv(rate)), [5729, -161_742]);
+    /// ```
+    pub const fn back_emf_mv(&self, rate_mdeg_s: i32) -> i32 {
+        // Times 2^8 below 2^31.
+        let end = 8_000_000;
+        let rate = if rate_mdeg_s > end {
+            end
+        } else if rate_mdeg_s < -end {
+            -end
+        } else {
+            rate_mdeg_s
+        };
+        match (rate << 8).checked_div(self.rate_per_mv) {
+            Some(back_emf_mv) => back_emf_mv,
+            None => 0,
+        }
+    }
 }
 
 /// The factors of [`Thermal`], with the capacities `Cw = Tw/Rwh` and `Ch = Th/Rha`.

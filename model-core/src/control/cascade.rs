@@ -302,6 +302,32 @@ impl CascadeState {
         }
     }
 
+    /// Applies a duty that the loops have not computed, within the limits of duty and slew. The
+    /// regulator continues from it.
+    ///
+    /// ```
+    /// use model_core::control::{cascade::*, parameters::ControlParameters, units::percent};
+    ///
+    /// let p = ControlParameters { duty_limit_pct: 20.0, ..Default::default() };
+    /// let gains = Coefficients::try_new(&p).unwrap();
+    /// let step = CascadeState::default().follow_duty(&gains, percent(-30.0));
+    /// assert_eq!((step.duty, step.limits.duty), (percent(-20.0), true));
+    /// ```
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub fn follow_duty(&mut self, coefficients: &Coefficients, duty: Percent) -> CascadeStep {
+        let limited = self.regulator.limited(&coefficients.rate, duty);
+        self.start_from(limited.duty);
+        CascadeStep {
+            rate_command: Rate::ZERO,
+            duty: limited.duty,
+            limits: ActiveLimits {
+                duty: limited.duty_limited,
+                slew: limited.slew_limited,
+                ..ActiveLimits::default()
+            },
+        }
+    }
+
     /// Limits the duty of the step that was made last, from the least to the most: as the duty
     /// limit does, but for what changes with the motion.
     ///

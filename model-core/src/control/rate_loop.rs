@@ -88,6 +88,21 @@ impl RateLoopState {
         // Both products of the error stand together: the compiler splits the error into digits
         // once.
         let grown = gains.integral.times(error);
+        let limited = self.limited(gains, unlimited);
+        let correction = grown + gains.anti_windup.times(limited.duty - unlimited);
+        self.integrator += correction;
+        limit_whole(&mut self.integrator, INTEGRATOR_END);
+        self.duty = limited.duty;
+        limited
+    }
+
+    /// A duty within the limits of duty and slew.
+    #[inline(always)]
+    pub(super) fn limited<const VECTOR: bool>(
+        &self,
+        gains: &RateLoop<VECTOR>,
+        unlimited: Percent,
+    ) -> LimitedDuty {
         let mut limited = unlimited;
         let duty_limited = limit_between(&mut limited, gains.duty_limit, gains.duty_limit);
         let mut duty = limited;
@@ -97,10 +112,6 @@ impl RateLoopState {
         if slew_limited && limit_between(&mut duty, gains.duty_limit, gains.duty_limit) {
             slew_limited = duty != limited;
         }
-        let correction = grown + gains.anti_windup.times(duty - unlimited);
-        self.integrator += correction;
-        limit_whole(&mut self.integrator, INTEGRATOR_END);
-        self.duty = duty;
         LimitedDuty {
             duty,
             duty_limited,

@@ -1,6 +1,6 @@
 //! The demands of the modes, but for homing.
 
-use super::{Axis, Input, ModeResult};
+use super::{Axis, Input, ModeResult, TORQUE_UNIT};
 use crate::cia402::smooth::SmoothProfile;
 use crate::cia402::{Deceleration, Mode, Parameters, Ramp, controlword};
 
@@ -10,6 +10,8 @@ impl Axis {
             self.start_mode(input);
         } else if input.mode.is_position() {
             self.has_target |= input.is_new_position;
+        } else if input.mode.is_torque() {
+            self.has_target |= input.is_new_torque;
         } else {
             self.has_target |= input.is_new_velocity;
         }
@@ -22,10 +24,16 @@ impl Axis {
             }
             Mode::CyclicPosition if self.has_target => self.cyclic_position(input, parameters),
             Mode::CyclicVelocity if self.has_target => self.cyclic_velocity(input, parameters),
+            Mode::ProfileTorque | Mode::CyclicTorque if self.has_target => {
+                self.follow_torque(input, parameters)
+            }
             Mode::None
             | Mode::InterpolatedPosition
             | Mode::CyclicPosition
-            | Mode::CyclicVelocity => {
+            | Mode::CyclicVelocity
+            | Mode::ProfileTorque
+            | Mode::CyclicTorque => {
+                self.torque = i32::from(input.torque_actual) * TORQUE_UNIT;
                 if !self.ramp.is_stationary() {
                     self.decelerate(Deceleration::SlowDown, parameters);
                 }
@@ -69,18 +77,42 @@ impl Axis {
         }
     }
 
+    /// The torque demand approaches its target with the torque slope in profile torque mode. The
+    /// velocity demand is the actual one: a stop starts from it.
+    fn follow_torque(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
+        let most = i32::from(parameters.max_torque);
+        let target = i32::from(input.target_torque).max(-most).min(most) * TORQUE_UNIT;
+        let step = match input.mode {
+            Mode::ProfileTorque => {
+                // Millionths: thousandths per second times microseconds, over 1000.
+                let step = u64::from(parameters.torque_slope) * u64::from(parameters.period_us);
+                i32::try_from(step / 1000).unwrap_or(i32::MAX)
+            }
+            _ => i32::MAX,
+        };
+        let missing = target.saturating_sub(self.torque);
+        self.torque = (self.torque).saturating_add(missing.max(-step).min(step));
+        self.ramp = Ramp::moving(input.position_actual, input.velocity_actual);
+        let fastest = i32::try_from(parameters.max_velocity).unwrap_or(i32::MAX);
+        let toward = |velocity: i32| {
+            let distance = distance_to_limit(input, parameters, velocity);
+            let approach = distance.map_or(fastest, |it| approach_velocity(it, parameters));
+            approach.min(fastest)
+        };
+        ModeResult {
+            limited: target != i32::from(input.target_torque) * TORQUE_UNIT,
+            ended: self.torque == target,
+            velocities: Some((-toward(-1), toward(1))),
+            ..ModeResult::default()
+        }
+    }
+
     /// Limits the velocity demand toward a position limit, in every motion of a velocity mode;
     /// returns whether it was changed.
     pub(super) fn approach_limits(&mut self, input: &Input, parameters: &Parameters) -> bool {
-        let Some((low, high)) = parameters.position_limits else {
-            return false;
-        };
-        let place = i64::from(input.position_actual);
         let velocity = self.ramp.velocity();
-        let distance = if velocity < 0 {
-            place - i64::from(low)
-        } else {
-            i64::from(high) - place
+        let Some(distance) = distance_to_limit(input, parameters, velocity) else {
+            return false;
         };
         let fastest = approach_velocity(distance, parameters);
         let limited = velocity.saturating_abs() > fastest;
@@ -126,6 +158,7 @@ impl Axis {
             limited,
             ended,
             target,
+            ..ModeResult::default()
         }
     }
 
@@ -146,8 +179,8 @@ impl Axis {
         self.steps = self.steps.saturating_sub(1);
         ModeResult {
             limited: limited || too_fast,
-            ended: false,
             target,
+            ..ModeResult::default()
         }
     }
 }
@@ -161,6 +194,17 @@ fn within_max_velocity(requested: i32, parameters: &Parameters) -> (i32, bool) {
     let top = i32::try_from(parameters.max_velocity).unwrap_or(i32::MAX);
     let velocity = requested.max(-top).min(top);
     (velocity, velocity != requested)
+}
+
+/// Distance to the position limit in the direction of a velocity; `None` without one.
+fn distance_to_limit(input: &Input, parameters: &Parameters, velocity: i32) -> Option<i64> {
+    let (low, high) = parameters.position_limits?;
+    let place = i64::from(input.position_actual);
+    Some(if velocity < 0 {
+        place - i64::from(low)
+    } else {
+        i64::from(high) - place
+    })
 }
 
 /// Fractional bits of [`Parameters::approach_gain`].

@@ -1,6 +1,6 @@
 //! Statusword, following error and demand of an axis.
 
-use super::{Axis, Demand, Input, ModeResult, Output};
+use super::{Axis, Demand, Input, ModeResult, Output, TORQUE_UNIT};
 use crate::cia402::homing::Phase;
 use crate::cia402::{Mode, Motion, Parameters, controlword, statusword};
 
@@ -39,10 +39,15 @@ impl Axis {
         set(statusword::TARGET_REACHED, reached);
         set(statusword::MODE_12, mode_12);
         let velocity = self.ramp.velocity();
-        let demand = match (powered, position_mode) {
-            (false, _) => Demand::Off,
-            (true, true) => Demand::Position { position, velocity },
-            (true, false) => Demand::Velocity(velocity),
+        let demand = match (powered, position_mode, result.velocities) {
+            (false, _, _) => Demand::Off,
+            (true, true, _) => Demand::Position { position, velocity },
+            (true, false, Some(velocities)) => Demand::Torque {
+                // At most the greatest target.
+                torque: (self.torque / TORQUE_UNIT) as i16,
+                velocities,
+            },
+            (true, false, None) => Demand::Velocity(velocity),
         };
         Output {
             state: self.machine.state(),
@@ -94,7 +99,8 @@ impl Axis {
                 let is_enabled = input.controlword & controlword::INTERPOLATE != 0;
                 (false, runs && is_enabled)
             }
-            Mode::CyclicPosition | Mode::CyclicVelocity => {
+            Mode::ProfileTorque => (runs && result.ended || stopped, false),
+            Mode::CyclicPosition | Mode::CyclicVelocity | Mode::CyclicTorque => {
                 (false, runs && self.has_target && !result.limited)
             }
             Mode::None => (false, false),

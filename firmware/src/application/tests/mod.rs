@@ -10,6 +10,7 @@ mod missing_samples;
 mod rates;
 mod sources;
 mod states;
+mod torque;
 mod winding;
 
 use core::ops::{Deref, DerefMut};

@@ -16,6 +16,7 @@ fn resting(mode: i8, angle_deg: f32, target_mdeg: i32, velocity_mdeg_s: i32) -> 
     bench.set(0x607A, 0, target_mdeg as u32, 4);
     bench.set(0x60FF, 0, velocity_mdeg_s as u32, 4);
     bench.set(0x60B1, 0, velocity_mdeg_s as u32, 4);
+    bench.set(0x6071, 0, u32::from(target_mdeg as u16), 2);
     bench
 }
 
@@ -30,7 +31,7 @@ fn reach(bench: &mut Bench, periods: u32) -> (i32, i32) {
 }
 
 fn mode() -> impl Strategy<Value = i8> {
-    prop::sample::select(vec![0_i8, 1, 3, 6, 7, 8, 9])
+    prop::sample::select(vec![0_i8, 1, 3, 4, 6, 7, 8, 9, 10])
 }
 
 proptest! {

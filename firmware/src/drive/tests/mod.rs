@@ -16,6 +16,7 @@ mod objects;
 mod polarity;
 mod service;
 mod store;
+mod torque;
 mod update;
 mod velocity;
 
