@@ -25,7 +25,7 @@ fn target_deg(tick: u64) -> f64 {
 
 /// Each mode for ten seconds, with occasional quick stops, halts and disabled power.
 pub fn command(tick: u64) -> Vec<Frame> {
-    let code = [8, 1, 3, 9, 8, 1][(tick / 2500 % 6) as usize];
+    let code = [8, 1, 3, 9, 4, 10][(tick / 2500 % 6) as usize];
     let within = tick % 2500;
     let mdeg = (target_deg(tick) * 1000.0) as i32;
     let word = match within {
@@ -45,7 +45,13 @@ pub fn command(tick: u64) -> Vec<Frame> {
         2030..2040 => 0x07,
         _ => word,
     };
-    vec![mode(word, code), velocity(word, mdeg), control(word, mdeg)]
+    let mut frames = vec![mode(word, code), velocity(word, mdeg), control(word, mdeg)];
+    if matches!(code, 4 | 10) && tick.is_multiple_of(25) {
+        // 5/1000 of the rated torque per degree.
+        let torque = (mdeg / 200) as i16;
+        frames.push(write(0x6071, 0, u32::from(torque as u16), 2));
+    }
+    frames
 }
 
 /// Ticks of [`everything`].
