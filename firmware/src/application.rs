@@ -149,6 +149,11 @@ impl Application {
     /// assert!(application.faults().latched().is_empty());
     /// ```
     pub fn new(parameters: &BoardParameters, start: Start) -> Self {
+        Self::reporting(Taken::default(), parameters, start)
+    }
+
+    /// The same, which reports what its loop has taken.
+    pub(crate) fn reporting(taken: Taken, parameters: &BoardParameters, start: Start) -> Self {
         Self {
             control: CascadeState::default(),
             velocity: VelocityTracker::default(),
@@ -165,7 +170,7 @@ impl Application {
             log: FaultLog::default(),
             start: start.faults(),
             is_late: false,
-            outputs: no_outputs(),
+            outputs: no_outputs(taken),
         }
     }
 
@@ -426,8 +431,11 @@ impl Application {
 
 /// The outputs before the first control period. Not inlined: they are then written where they stay.
 #[inline(never)]
-fn no_outputs() -> Outputs {
-    Outputs::default()
+fn no_outputs(taken: Taken) -> Outputs {
+    Outputs {
+        taken,
+        ..Outputs::default()
+    }
 }
 
 /// The reaction to a fault. Only where the motor may brake is it stopped by its back-EMF.

@@ -258,7 +258,7 @@ impl Axis {
             }
             Motion::Run => self.run(input, parameters),
         };
-        if !input.mode.is_position() {
+        if !input.mode.is_position() && result.velocities.is_none() {
             result.limited |= self.approach_limits(input, parameters);
         }
         self.homing.track(input.controlword);

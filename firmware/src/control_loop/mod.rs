@@ -189,8 +189,7 @@ impl State {
         (commands, parameters, excitation): (&Commands, &LoopParameters, &ExcitationRequest),
         start: Start,
     ) -> Self {
-        let mut application = Application::new(&parameters.board, start);
-        application.outputs_mut().taken = Taken {
+        let taken = Taken {
             command: commands.first(),
             parameters: parameters.number,
             excitation: excitation.number,
@@ -200,7 +199,7 @@ impl State {
             sample_due: None,
         };
         Self {
-            application,
+            application: Application::reporting(taken, &parameters.board, start),
             axis: Axis::starting_from(parameters.origin_mdeg),
             command: *commands.at(commands.first()),
             failsafe: Failsafe::default(),

@@ -94,15 +94,30 @@ impl Axis {
         self.torque = (self.torque).saturating_add(missing.max(-step).min(step));
         self.ramp = Ramp::moving(input.position_actual, input.velocity_actual);
         let fastest = i32::try_from(parameters.max_velocity).unwrap_or(i32::MAX);
-        let toward = |velocity: i32| {
-            let distance = distance_to_limit(input, parameters, velocity);
-            let approach = distance.map_or(fastest, |it| approach_velocity(it, parameters));
-            approach.min(fastest)
+        // Where the motor goes, or the torque of one that rests.
+        let direction = if input.velocity_actual.unsigned_abs() > parameters.velocity_threshold {
+            input.velocity_actual
+        } else {
+            self.torque
+        };
+        let ahead = match distance_to_limit(input, parameters, direction) {
+            Some(distance) => approach_velocity(distance, parameters).min(fastest),
+            None => fastest,
+        };
+        // A motor that turns back approaches the other limit from then on.
+        let behind = match distance_to_limit(input, parameters, !direction) {
+            Some(..=0) => 0,
+            _ => fastest,
+        };
+        let velocities = if direction < 0 {
+            (-ahead, behind)
+        } else {
+            (-behind, ahead)
         };
         ModeResult {
             limited: target != i32::from(input.target_torque) * TORQUE_UNIT,
             ended: self.torque == target,
-            velocities: Some((-toward(-1), toward(1))),
+            velocities: Some(velocities),
             ..ModeResult::default()
         }
     }
