@@ -39,8 +39,6 @@ pub struct Input {
     pub position_actual: i32,
     /// Velocity actual value 606Ch.
     pub velocity_actual: i32,
-    /// Torque actual value 6077h.
-    pub torque_actual: i16,
     /// Motor current, in any unit; homing on a hard stop compares it.
     pub current_actual: i32,
     /// The fault that is present now.
@@ -66,7 +64,6 @@ impl Default for Input {
             is_new_torque: false,
             position_actual: 0,
             velocity_actual: 0,
-            torque_actual: 0,
             current_actual: 0,
             fault: Fault::None,
             voltage: true,
@@ -243,7 +240,7 @@ impl Axis {
             Motion::Stop(how) => {
                 // A profile resumes after a halt; the targets of a cyclic mode have moved on.
                 self.has_target &= !input.mode.is_cyclic();
-                self.torque = i32::from(input.torque_actual) * TORQUE_UNIT;
+                self.torque = 0;
                 if !was_stopping {
                     self.start_stop(input, parameters);
                 }

@@ -11,13 +11,13 @@ use super::{
     AFTER_A_RESET, Application, BoardState, Bridge, Settings, TorqueSetpoint,
     back_emf_brake::{self, BackEmfBrake},
     stop_progress::StopProgress,
-    torque,
+    stopping, torque,
 };
 use crate::{
     faults::{Fault, FaultSet},
     parameters::BoardParameters,
     protection::Measured,
-    timing::angle_of_mdeg,
+    timing::{angle_of_mdeg, rate_of_mdeg_s, thousandths},
 };
 
 impl Application {
@@ -93,8 +93,22 @@ impl Application {
         let supply_mv = self.outputs.telemetry.supply_mv;
         let voltages = (measured.back_emf_mv.unwrap_or(0), supply_mv);
         let winding = self.protection.winding();
+        let control = &settings.board.control;
+        let permitted = |mdeg_s| {
+            let rate = self.control.permitted(control, rate_of_mdeg_s(mdeg_s));
+            thousandths(rate)
+        };
+        let (slowest, fastest) = torque.rates_mdeg_s;
+        let torque = TorqueSetpoint {
+            rates_mdeg_s: (permitted(slowest), permitted(fastest)),
+            ..torque
+        };
         let (duty, is_rate_limited) = torque::duty(torque, settings, winding, voltages);
-        let mut step = self.control.follow_duty(&settings.board.control, duty);
+        let rest = match stopping::stands(self.control.rate()) {
+            true => duty,
+            false => back_emf_brake::duty_of(voltages.0, voltages.1),
+        };
+        let mut step = self.control.follow_duty(control, duty, rest);
         step.limits.rate = is_rate_limited;
         step
     }

@@ -107,7 +107,6 @@ impl State {
             is_new_torque: written.torque,
             position_actual: self.angle_mdeg(),
             velocity_actual: self.application.velocity_mdeg_s(),
-            torque_actual: self.torque_permille(parameters),
             current_actual: self.application.telemetry().current_ma,
             fault: self.fault(),
             voltage: self.application.telemetry().present.and(VOLTAGE).is_empty(),
@@ -205,17 +204,6 @@ impl State {
 
     pub(super) fn angle_mdeg(&self) -> i32 {
         thousandths(self.application.telemetry().angle)
-    }
-
-    /// Torque in thousandths of the rated torque, which a torque mode starts from.
-    fn torque_permille(&self, parameters: &LoopParameters) -> i16 {
-        if !self.command.mode.is_torque() {
-            return 0;
-        }
-        let current_ma = self.application.telemetry().current_ma;
-        // Within 3300 times 1000, over 50 mA at the least.
-        let permille = (current_ma * 1000).checked_div(parameters.board.current.rated_ma);
-        permille.and_then(|it| i16::try_from(it).ok()).unwrap_or(0)
     }
 
     fn rate_mdeg_s(&self) -> i32 {

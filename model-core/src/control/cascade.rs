@@ -303,20 +303,27 @@ impl CascadeState {
     }
 
     /// Applies a duty that the loops have not computed, within the limits of duty and slew. The
-    /// regulator continues from it.
+    /// integrator of the rate loop continues from `rest`, the duty without a torque: what follows
+    /// does not start with the duty that accelerated the shaft.
     ///
     /// ```
     /// use model_core::control::{cascade::*, parameters::ControlParameters, units::percent};
     ///
     /// let p = ControlParameters { duty_limit_pct: 20.0, ..Default::default() };
     /// let gains = Coefficients::try_new(&p).unwrap();
-    /// let step = CascadeState::default().follow_duty(&gains, percent(-30.0));
+    /// let step = CascadeState::default().follow_duty(&gains, percent(-30.0), percent(0.0));
     /// assert_eq!((step.duty, step.limits.duty), (percent(-20.0), true));
     /// ```
     #[cfg_attr(target_os = "none", inline(never))]
-    pub fn follow_duty(&mut self, coefficients: &Coefficients, duty: Percent) -> CascadeStep {
+    pub fn follow_duty(
+        &mut self,
+        coefficients: &Coefficients,
+        duty: Percent,
+        rest: Percent,
+    ) -> CascadeStep {
         let limited = self.regulator.limited(&coefficients.rate, duty);
-        self.start_from(limited.duty);
+        self.regulator = RateLoopState::of(rest, limited.duty);
+        self.setpoint = None;
         CascadeStep {
             rate_command: Rate::ZERO,
             duty: limited.duty,
@@ -326,6 +333,12 @@ impl CascadeState {
                 ..ActiveLimits::default()
             },
         }
+    }
+
+    /// This rate within the limits of rate, and of position where the shaft is.
+    pub fn permitted(&self, coefficients: &Coefficients, rate: Rate) -> Rate {
+        let position = &coefficients.position;
+        position.follow_rate(rate, self.shaft.angle()).rate
     }
 
     /// Limits the duty of the step that was made last, from the least to the most: as the duty

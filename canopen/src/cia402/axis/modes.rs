@@ -33,7 +33,7 @@ impl Axis {
             | Mode::CyclicVelocity
             | Mode::ProfileTorque
             | Mode::CyclicTorque => {
-                self.torque = i32::from(input.torque_actual) * TORQUE_UNIT;
+                self.torque = 0;
                 if !self.ramp.is_stationary() {
                     self.decelerate(Deceleration::SlowDown, parameters);
                 }
@@ -77,8 +77,9 @@ impl Axis {
         }
     }
 
-    /// The torque demand approaches its target with the torque slope in profile torque mode. The
-    /// velocity demand is the actual one: a stop starts from it.
+    /// The torque demand approaches its target with the torque slope in profile torque mode, from
+    /// zero. The velocity demand is the actual one: a stop starts from it. At a position limit the
+    /// motor is held while the torque points outward, so that no load turns it beyond the limit.
     fn follow_torque(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
         let most = i32::from(parameters.max_torque);
         let target = i32::from(input.target_torque).max(-most).min(most) * TORQUE_UNIT;
@@ -114,10 +115,15 @@ impl Axis {
         } else {
             (-behind, ahead)
         };
+        let (slowest, fastest) = velocities;
+        let is_held = fastest == 0 && self.torque >= 0 || slowest == 0 && self.torque <= 0;
+        if is_held {
+            self.ramp.stop();
+        }
         ModeResult {
-            limited: target != i32::from(input.target_torque) * TORQUE_UNIT,
+            limited: is_held || target != i32::from(input.target_torque) * TORQUE_UNIT,
             ended: self.torque == target,
-            velocities: Some(velocities),
+            velocities: (!is_held).then_some(velocities),
             ..ModeResult::default()
         }
     }

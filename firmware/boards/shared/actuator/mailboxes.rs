@@ -62,6 +62,9 @@ impl Mailboxes {
             return None;
         }
         let is_restart = commands.restarts != taken.restarts;
+        if is_restart && !commands.is_intact(commands.first()) {
+            return None;
+        }
         if is_restart || self.parameters.unverified().number != taken.parameters {
             self.parameters.get()?;
         }

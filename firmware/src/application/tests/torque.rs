@@ -7,9 +7,6 @@ use super::{winding::Loop, *};
 /// Rated torque, N m: 500 mA times 0.00362 N m/A times 320.
 const RATED_NM: f64 = 0.579;
 
-/// The friction of the gears at most, N m.
-const FRICTION_NM: f64 = 0.03;
-
 const FREE: (i32, i32) = (-1_000_000, 1_000_000);
 
 fn torque(board: &mut Loop, permille: i16, rates_mdeg_s: (i32, i32), periods: u32) -> Outputs {
@@ -52,10 +49,7 @@ fn a_load_below_the_torque_is_lifted_and_one_above_it_lowers() {
         let outputs = torque(&mut board, permille, FREE, 50);
         let rate = outputs.telemetry.rate.to_f64() * direction;
         // 0.03 N m beyond the friction, on 0.023 kg m^2 for 0.2 s: 15 deg/s.
-        assert!(
-            FRICTION_NM < 0.05 && rate > 10.0,
-            "{load_nm} N m: {rate} deg/s"
-        );
+        assert!(rate > 5.0, "{load_nm} N m: {rate} deg/s");
     }
 }
 
@@ -105,4 +99,22 @@ fn a_position_mode_takes_over_without_a_fault_and_holds_the_shaft() {
     let outputs = board.follow(place, 250);
     assert_eq!((outputs.state, outputs.fault), (BoardState::Enabled, None));
     assert!((outputs.telemetry.angle - place).abs() < angle(0.5));
+}
+
+#[test]
+fn what_follows_a_torque_starts_without_the_duty_that_accelerated_the_shaft() {
+    let mut board = Loop::enabled();
+    while board.application.outputs().telemetry.rate < rate(50.0) {
+        torque(&mut board, 1500, FREE, 1);
+    }
+    let from = board.application.outputs().telemetry.angle;
+    let mut farthest = from;
+    for _ in 0..100 {
+        let _ = board
+            .application
+            .request(Request::Command(rate(0.0).into()));
+        farthest = farthest.max(board.step().telemetry.angle);
+    }
+    // With the duty of 0.75 A at 7.7 ohm in the integrator it were 10 deg.
+    assert!(farthest - from < angle(3.0), "{}", farthest - from);
 }
