@@ -3,16 +3,6 @@
 use super::{Cli, served::Served};
 
 #[test]
-fn a_bridge_that_a_model_lacks_cannot_be_switched() {
-    let cli = Cli::new();
-    for model in ["grey-box", "black-box-1", "black-box-2"] {
-        let message = format!("`pwm` `switched` applies to the model `board`, `{model}` has no");
-        cli.assert_error(&format!("simulate {model} --pwm switched"), 2, &message);
-    }
-    cli.text("simulate grey-box --pwm average --duration 0.1");
-}
-
-#[test]
 fn a_parameter_file_without_a_parameter_is_refused() {
     let cli = Cli::new();
     for content in ["", "model = \"black-box-1\"\n", "[set]\n"] {
