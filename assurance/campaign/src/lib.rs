@@ -10,7 +10,6 @@
 
 pub mod campaign;
 pub mod class;
-mod digest;
 mod experiment;
 mod fork;
 pub mod injection;
