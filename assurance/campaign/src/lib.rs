@@ -18,11 +18,9 @@ pub mod motion;
 mod original;
 pub mod outcome;
 mod page;
-mod picture;
 mod reports;
 pub mod results;
 mod timetable;
 mod twin;
 
 pub use page::{Row, table};
-pub use picture::picture;
