@@ -72,7 +72,11 @@ fn output_that_cannot_be_written_ends_with_1_and_without_a_panic() {
         ("--help", ">/dev/full"),
         ("scan --bus 127.0.0.1:1", "2>&1 | true"),
         (&format!("{run} -"), ">/dev/full 2>errors"),
-        (&format!("{run} - --every 1"), "2>errors | true"),
+        // More than a pipe holds.
+        (
+            "simulate board --duration 1 --csv - --every 1",
+            "2>errors | true",
+        ),
     ] {
         assert_eq!(
             status(&cli, arguments, redirected),
