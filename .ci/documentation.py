@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""Documents all packages, or those of the workspace of another manifest; fails on a warning.
+"""Documents all packages, or those of the workspace of another manifest; fails on a warning, and on
+more than 38,000 words in docs/*.md.
 
 Examples too: only with them does cargo give the dependencies the features of the tests, with which
 clippy has checked them already. A program that is named as the library of its package has no
@@ -7,10 +8,12 @@ documentation beside that of the library, as in a plain `cargo doc`.
 """
 import json
 import os
+import pathlib
 import subprocess
 import sys
 
 MANIFEST = [f"--manifest-path={path}" for path in sys.argv[1:]]
+MOST_WORDS = 38_000
 LIBRARIES = {"lib", "rlib", "cdylib", "staticlib"}
 
 
@@ -24,7 +27,14 @@ def programs(package):
     return [t["name"] for t in targets if t["kind"] == ["bin"] and t["doc"] and crate(t) not in libraries]
 
 
+def words():
+    pages = pathlib.Path(__file__).parent.parent.joinpath("docs").glob("*.md")
+    return sum(len(page.read_text(encoding="utf-8").split()) for page in pages)
+
+
 def main():
+    if words() > MOST_WORDS:
+        return f"docs/*.md have {words()} words, expected at most {MOST_WORDS}"
     command = ["cargo", "metadata", "--format-version", "1", "--locked", "--no-deps"] + MANIFEST
     packages = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)["packages"]
     command = ["cargo", "doc", "--workspace", "--no-deps", "--ignore-rust-version", "--locked", "--lib", "--examples"] + MANIFEST

@@ -8,7 +8,6 @@ mod bring_up;
 mod bus;
 mod chain;
 mod disturbed;
-mod drivers;
 mod encoder_against_motor;
 mod fault_places;
 mod faults;

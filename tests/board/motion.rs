@@ -1,12 +1,9 @@
-//! No motion that was not commanded, position limits and the reported velocity, on the board.
+//! No motion that was not commanded, on the board.
 
-use board_tests::frames::{Frame, control, faults, start, statuswords, velocity, write};
+use board_tests::frames::{Frame, control, faults, start, write};
 use board_tests::program::run_master;
 use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Finished, Options};
-
-/// Bit 10 of the statusword.
-const TARGET_REACHED: u16 = 1 << 10;
 
 /// Number of the fault "command timeout".
 const COMMAND_TIMEOUT: u8 = 15;
@@ -68,50 +65,4 @@ fn enabling_at_50_deg_with_target_0_holds_the_angle_and_misses_the_commands() {
     // power-on.
     let after_ms = (at_ns / 1_000_000).saturating_sub(340 * 4);
     assert!((100..=122).contains(&after_ms), "{after_ms} ms");
-}
-
-#[test]
-fn a_velocity_into_the_position_limit_stops_at_it() {
-    for mode in [3_u8, 9] {
-        for sign in [1, -1] {
-            let options = Options {
-                plant: BoardPlantOptions::realistic(3),
-                ..Options::for_ms(1_600)
-            };
-            let finished = run_master(options, move |tick| match tick {
-                24 | 26 => Vec::new(),
-                40.. if tick.is_multiple_of(5) => vec![velocity(0x0f, sign * 250_000)],
-                _ => enabled(mode, tick),
-            });
-            assert_eq!(faults(&finished), [], "mode {mode}");
-            let angles = angles_deg(&finished, 0).map(|deg| deg * f64::from(sign));
-            let furthest = angles.fold(0.0, f64::max);
-            // Four counts of the encoder, among them the gear's backlash.
-            assert!((59.0..60.4).contains(&furthest), "mode {mode}: {furthest}");
-        }
-    }
-}
-
-#[test]
-fn a_velocity_is_reached_once_and_stays_so_on_the_board() {
-    for mdeg_s in [40_000_i32, 200_000, -100_000] {
-        // 150 deg, before the hard stop at 180 deg.
-        let ms = 150_000_000 / u64::from(mdeg_s.unsigned_abs());
-        let options = Options {
-            plant: BoardPlantOptions::realistic(3),
-            ..Options::for_ms(160 + ms.min(2_000))
-        };
-        let finished = run_master(options, move |tick| match tick {
-            40 => vec![velocity(0x0f, mdeg_s)],
-            _ => enabled(3, tick),
-        });
-        assert_eq!(faults(&finished), []);
-        let reached = statuswords(&finished).into_iter();
-        let reached = reached.filter(|(at_ns, _)| *at_ns > 44 * 4_000_000);
-        let reached: Vec<bool> = reached
-            .map(|(_, word)| word & TARGET_REACHED != 0)
-            .collect();
-        let changes = reached.windows(2).filter(|pair| pair[0] != pair[1]).count();
-        assert_eq!((changes, reached.last()), (1, Some(&true)), "{mdeg_s}");
-    }
 }

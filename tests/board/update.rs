@@ -2,10 +2,7 @@
 
 use board_tests::download::{Answer, Client, INSTALL};
 use board_tests::frames::{Frame, from_wire, standard, to_wire};
-use board_tests::slots::{
-    MARK, NEW, OLD, image, installed, program, requested, run_boot, slot_holds,
-};
-use bootloader::layout::STM32F427;
+use board_tests::slots::{MARK, NEW, OLD, image, installed, program, run_boot};
 use virtual_board::faults::{Fault, Planned, Trigger};
 use virtual_board::flash::FlashTimes;
 use virtual_board::run::{Flow, Options, Script, View};
@@ -28,10 +25,6 @@ impl Marks {
     fn order(&self) -> Vec<u32> {
         self.0.iter().map(|(_, mark)| *mark).collect()
     }
-}
-
-fn old_image() -> Vec<u8> {
-    image(&program(OLD, PADDING), "1.0.0")
 }
 
 fn new_image() -> Vec<u8> {
@@ -209,127 +202,4 @@ fn a_waiting_bootloader_changes_its_bit_rate_by_lss_and_starts_with_it_again() {
         frames.iter().filter(is_boot_up).count()
     };
     assert_eq!([boot_ups(&fast), boot_ups(&slow)], [1, 1]);
-}
-
-/// Cuts the supply in one operation of an update after the other, and lets the board recover.
-#[derive(Debug)]
-struct Cuts {
-    marks: Marks,
-    before: Vec<(u64, u32)>,
-    /// Operations of an update without a cut.
-    operations: Option<usize>,
-    cut: u64,
-    recovered: usize,
-}
-
-/// Distance of the operations that are cut. With the environment variable `EXHAUSTIVE`, all are.
-fn distance() -> u64 {
-    if std::env::var_os("EXHAUSTIVE").is_some() {
-        1
-    } else {
-        8
-    }
-}
-
-impl Cuts {
-    fn new() -> Self {
-        Self {
-            marks: Marks::default(),
-            before: Vec::new(),
-            operations: None,
-            cut: 0,
-            recovered: 0,
-        }
-    }
-
-    /// The words that an update changes.
-    fn words(view: &mut View<'_>) -> Vec<(u64, u32)> {
-        let layout = &STM32F427;
-        let regions = [
-            layout.slot.start(),
-            layout.staging.start(),
-            layout.backup.start(),
-        ];
-        let starts = regions
-            .into_iter()
-            .chain(layout.records.map(|sector| sector.start));
-        let addresses = starts.flat_map(|start| (start..start + 1024).step_by(4));
-        let addresses: Vec<u64> = addresses.map(u64::from).collect();
-        let read = |address: u64| (address, view.word(address).unwrap_or(0));
-        addresses.into_iter().map(read).collect()
-    }
-
-    /// Restores the flash, and starts the update again with a cut.
-    fn again(&mut self, view: &mut View<'_>) {
-        for (address, word) in &self.before {
-            if view.word(*address) != Some(*word) {
-                assert!(view.program_word(*address, *word), "{address:#x} is flash");
-            }
-        }
-        let now_ns = view.now_ns();
-        let planned = |fault, for_ns| Planned {
-            trigger: Trigger::At { ns: now_ns },
-            for_ns,
-            fault,
-        };
-        view.plan(planned(
-            Fault::FlashCut {
-                operation: self.cut,
-                permille: 100 + self.cut * 97 % 800,
-            },
-            None,
-        ));
-        view.plan(planned(Fault::PowerLoss, Some(2_000_000)));
-        self.marks = Marks::default();
-    }
-}
-
-impl Script for Cuts {
-    fn at_edge(&mut self, _: &mut View<'_>) -> Flow {
-        Flow::Continue
-    }
-
-    fn at_poll(&mut self, view: &mut View<'_>) -> Flow {
-        if self.before.is_empty() {
-            self.before = Self::words(view);
-        }
-        self.marks.note(view);
-        if self.marks.order() != [NEW, OLD] {
-            return Flow::Continue;
-        }
-        assert!(slot_holds(view, &old_image()), "cut in {}", self.cut);
-        let log = view.flash().expect("an STM32F427").take_log();
-        match self.operations {
-            None => self.operations = Some(log.len()),
-            Some(_) => {
-                self.recovered += 1;
-                self.cut += distance();
-            }
-        }
-        if self.cut as usize >= self.operations.unwrap_or(0) {
-            return Flow::End;
-        }
-        self.again(view);
-        Flow::Continue
-    }
-}
-
-#[test]
-fn after_a_loss_of_supply_in_any_operation_of_an_update_the_board_runs_a_whole_image() {
-    let options = Options {
-        contents: requested(&old_image(), &new_image()),
-        flash_times: FlashTimes::SHORT_ERASE,
-        ..Options::for_ms(5_000_000)
-    };
-    let finished = run_boot(options, Cuts::new());
-    let script = finished.script;
-    println!(
-        "{} operations, {} cuts, {} ms",
-        script.operations.unwrap_or(0),
-        script.recovered,
-        finished.end_ns / 1_000_000
-    );
-    let expected = (script.operations.unwrap_or(0) as u64).div_ceil(distance());
-    assert_eq!(script.recovered as u64, expected);
-    assert!(expected > 10);
 }

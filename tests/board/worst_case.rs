@@ -4,6 +4,7 @@ use board_tests::frames::{Frame, Sent, sent, standard};
 use board_tests::master::Master;
 use board_tests::program::{LOOP_PRIORITY, firmware, handlers, run_script};
 use board_tests::workloads::{TICKS, everything};
+use virtual_board::board::CORE_HZ;
 use virtual_board::faults::{Fault, Planned};
 use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::{Finished, Flow, Handler, Options, Script, Span, View};
@@ -12,7 +13,7 @@ use virtual_board::run::{Finished, Flow, Handler, Options, Script, Span, View};
 const NODE: &str = "communication_cycle";
 
 /// Instructions of half a control period: what the communication may take of it.
-const HALF_A_PERIOD: u64 = 2 * 168_000;
+const HALF_A_PERIOD: u64 = CORE_HZ / 500;
 
 /// Word that the start-up code fills the stack with (cortex-m-rt).
 const PAINT: u32 = 0xcccc_cccc;

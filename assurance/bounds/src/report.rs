@@ -37,7 +37,7 @@ The handlers of the control loop, which nothing preempts. Cycles are those of th
 last column adds five wait states for every line of 16 bytes of instructions and for every word that is loaded, as if the
 flash had neither prefetch nor caches: the program switches the operand cache off while it erases and writes. In that
 column the control step must end before the next PWM edge. Its bound contains an excitation that was not computed in
-advance and all faults at once.
+advance and all faults at once. Waits of the peripheral buses come in addition, at most 14 cycles an access (IHI 0024).
 
 | handler | task | times | instructions | cycles | us | us without caches |
 |---|---|---|---|---|---|---|

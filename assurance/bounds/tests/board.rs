@@ -7,12 +7,13 @@ use board_tests::program::run_script;
 use board_tests::workloads::{TICKS, everything};
 use program_handlers::{STEP_BEGINS_US, handlers};
 use static_bounds::{Bounds, Error, HandlerBound};
+use virtual_board::board::CORE_HZ;
 use virtual_board::plant::BoardPlantOptions;
 use virtual_board::run::Options;
 
 /// Cycles of a PWM period: the control step ends before the next edge, at which its duty takes
 /// effect.
-const PWM_PERIOD: u64 = 168_000;
+const PWM_PERIOD: u64 = CORE_HZ / 1000;
 /// Bytes of the stack (`memory.x`).
 const STACK: u64 = 32 * 1024;
 

@@ -11,7 +11,7 @@ use virtual_board::run::{Attachments, FirmwareError, Options, RunError, run_with
 
 use crate::experiment::OBSERVED_MS;
 pub use crate::experiment::TRACE_COLUMNS;
-use crate::injection::{Injection, Place, working_memory};
+use crate::injection::{Injection, Place};
 use crate::injector::Injector;
 use crate::original::{Original, Report};
 use crate::outcome::Verdict;
@@ -80,7 +80,7 @@ pub fn run_all(
     if injections.is_empty() {
         return Ok(());
     }
-    let injector = Injector::new(working_memory(firmware())?);
+    let injector = Injector::default();
     let timetable = timetable(boards.warm_up)?;
     let limit_ms = timetable.duration_ms() + u64::from(OBSERVED_MS);
     let report: Report = Box::new(report);

@@ -49,7 +49,7 @@ pub const VARIABLES: [(&str, &str); 5] = [
 ];
 
 impl Class {
-    /// Its name in tables and pictures.
+    /// Its name in tables.
     pub fn name(self) -> String {
         let name = match self {
             Self::Variable(index) => VARIABLES[index].1,

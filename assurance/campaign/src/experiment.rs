@@ -2,7 +2,6 @@
 
 use std::fs::File;
 use std::io::Write;
-use std::sync::Arc;
 
 use virtual_board::can::Port;
 use virtual_board::faults::{Fault, MemoryLocation, Planned};
@@ -15,7 +14,7 @@ use crate::injection::{Injection, Place};
 use crate::injector::Injector;
 use crate::outcome::{Judge, Observation};
 use crate::reports::Reports;
-use crate::twin::{DIGEST_MS, Twin, with_plant};
+use crate::twin::Twin;
 
 /// Time for which an experiment is observed after its injection, ms: longer than a change of the
 /// target and the time after which a deviation is hazardous. An injection into the core follows its
@@ -25,10 +24,6 @@ pub const OBSERVED_MS: u32 = 1200;
 /// Time after which an experiment ends whose shaft remains safe after a fault was detected, ms: longer
 /// than a restart and the master's period.
 const SAFE_MS: u32 = 250;
-
-/// Digests in a row after which an experiment ends that are those of the twin: 104 ms. Program and
-/// plant are then the twin's, and so are the registers of the peripherals that act on either.
-const EQUAL_DIGESTS: u32 = 13;
 
 /// Time by which an angle may differ, ms: two control periods, as old as a reported angle is at
 /// most.
@@ -43,16 +38,12 @@ pub const TRACE_COLUMNS: &str =
 pub struct Experiment {
     injection: Injection,
     injector: Injector,
-    twin: Arc<Twin>,
     reporter: Option<Reporter>,
     reports: Reports,
     judge: Judge,
     /// Angles of the twin, and of this board, one each millisecond, deg.
-    expected: Vec<f64>,
+    expected: Twin,
     angles: Vec<f64>,
-    /// The plant in the last millisecond, whose digest was requested.
-    digested: Option<(u32, Row)>,
-    equal_digests: u32,
     resets: usize,
     trace: Option<File>,
 }
@@ -62,10 +53,9 @@ impl Experiment {
     pub fn start(
         view: &mut View<'_>,
         injection: Injection,
-        (twin, injector, reports): (Arc<Twin>, Injector, Reports),
+        (expected, injector, reports): (Twin, Injector, Reports),
         (reporter, trace): (Reporter, Option<File>),
     ) -> Self {
-        let expected: Vec<f64> = twin.angles().collect();
         let angles = expected[..expected.len().min(injection.at_ms as usize + 1)].to_vec();
         let resets = view.resets();
         inject(view, injection, &injector);
@@ -77,10 +67,7 @@ impl Experiment {
             judge: Judge::default(),
             expected,
             angles,
-            digested: None,
-            equal_digests: 0,
             resets,
-            twin,
             trace,
         }
     }
@@ -114,10 +101,7 @@ impl Experiment {
         };
         self.judge.update(after_ms, observed);
         self.write_trace(ms, angle_deg, observed);
-        self.compare(ms, *view.row);
-        let is_over = after_ms >= OBSERVED_MS
-            || self.judge.detected_and_safe_ms() >= SAFE_MS
-            || self.equal_digests >= EQUAL_DIGESTS;
+        let is_over = after_ms >= OBSERVED_MS || self.judge.detected_and_safe_ms() >= SAFE_MS;
         if let Some(reporter) = self.reporter.take_if(|_| is_over) {
             let pc = match self.injection.place {
                 // What the injector has is of an earlier injection into the core.
@@ -144,25 +128,6 @@ impl Experiment {
         );
         if file.write_all(line.as_bytes()).is_ok() {
             self.trace = Some(file);
-        }
-    }
-
-    /// Compares the digest of the last millisecond, and requests that of this one if the twin has
-    /// one.
-    fn compare(&mut self, ms: u32, row: Row) {
-        if let (Some(state), Some((ms, row))) = (self.injector.take_digest(), self.digested) {
-            let is_equal = self.twin.state(ms) == Some(with_plant(state, &row));
-            // The digest does not cover the flash, whose check takes longer.
-            let is_code = self.injection.place == Place::Code;
-            self.equal_digests = if is_equal && !is_code {
-                self.equal_digests + 1
-            } else {
-                0
-            };
-        }
-        if ms.is_multiple_of(DIGEST_MS) {
-            self.injector.request_digest();
-            self.digested = Some((ms, row));
         }
     }
 }

@@ -92,16 +92,6 @@ fn variables(firmware: &Firmware) -> Result<Vec<Range<u64>>, FirmwareError> {
     Ok(parts.filter(|part| part.start < part.end).collect())
 }
 
-/// All memory that the program works on: its variables and its whole stack.
-///
-/// # Errors
-/// The ELF file lacks a symbol.
-pub fn working_memory(firmware: &Firmware) -> Result<Vec<Range<u64>>, FirmwareError> {
-    let mut ranges = variables(firmware)?;
-    ranges.push(firmware.address("_stack_end")?..firmware.address("_stack_start")?);
-    Ok(ranges)
-}
-
 /// An injection, and the motion that it disturbs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Injection {

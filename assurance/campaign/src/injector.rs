@@ -1,18 +1,14 @@
-//! Injections into the core, a bit of a register or an instruction that is skipped, and digests of
-//! what it works on.
+//! Injections into the core: a bit of a register, or an instruction that is skipped.
 
-use std::ops::Range;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use virtual_board::processor::{
     BusLayer, CoreBus, Exit, Layered, Memory, Observer, Processor, RegisterWrite, VirtualNanos,
 };
 
-use crate::digest::digest;
 use crate::injection::{Injection, Place};
 
-/// Numbers of the stack pointer, the program counter and the program status among the registers.
-pub const SP: usize = 13;
+/// Numbers of the program counter and the program status among the registers.
 const PC: usize = 15;
 const STATUS: usize = 16;
 
@@ -31,26 +27,13 @@ struct Work {
     writes: Vec<RegisterWrite>,
     /// The program counter at the injection.
     pc: u32,
-    /// What a digest covers.
-    ranges: Vec<Range<u64>>,
-    is_digest_wanted: bool,
-    digest: Option<u64>,
 }
 
-/// An observer of the core that carries out the injection for which it was armed, and digests the
-/// program's state.
+/// An observer of the core that carries out the injection for which it was armed.
 #[derive(Debug, Clone, Default)]
 pub struct Injector(Arc<Mutex<Work>>);
 
 impl Injector {
-    /// An observer whose digests cover these ranges of the memory, and the registers.
-    pub fn new(ranges: Vec<Range<u64>>) -> Self {
-        Self(Arc::new(Mutex::new(Work {
-            ranges,
-            ..Work::default()
-        })))
-    }
-
     /// Carries this injection out, so many instructions from now on as it says.
     pub fn arm(&self, injection: Injection) {
         self.work().pending = Some((injection.instructions.into(), injection));
@@ -59,16 +42,6 @@ impl Injector {
     /// The program counter at the injection; 0 before.
     pub fn pc(&self) -> u32 {
         self.work().pc
-    }
-
-    /// Has the state digested before the next instruction.
-    pub fn request_digest(&self) {
-        self.work().is_digest_wanted = true;
-    }
-
-    /// The digest that was requested.
-    pub fn take_digest(&self) -> Option<u64> {
-        self.work().digest.take()
     }
 
     fn work(&self) -> MutexGuard<'_, Work> {
@@ -85,9 +58,6 @@ impl Observer for Injector {
         bus: &mut dyn CoreBus,
     ) -> (Exit, u64) {
         let mut work = self.work();
-        if std::mem::take(&mut work.is_digest_wanted) {
-            work.digest = Some(digest(core, memory, &work.ranges));
-        }
         let Some((left, injection)) = work.pending else {
             return core.run(budget, bus);
         };
@@ -147,7 +117,7 @@ fn skip(core: &dyn Processor, memory: &Memory) -> Vec<RegisterWrite> {
 }
 
 /// A register of the core.
-pub fn read(core: &dyn Processor, register: usize) -> u32 {
+fn read(core: &dyn Processor, register: usize) -> u32 {
     let bytes = core.gdb_register(register).unwrap_or_default();
     u32::from_le_bytes(bytes.try_into().unwrap_or_default())
 }

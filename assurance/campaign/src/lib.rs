@@ -10,7 +10,6 @@
 
 pub mod campaign;
 pub mod class;
-mod digest;
 mod experiment;
 mod fork;
 pub mod injection;
@@ -19,11 +18,9 @@ pub mod motion;
 mod original;
 pub mod outcome;
 mod page;
-mod picture;
 mod reports;
 pub mod results;
 mod timetable;
 mod twin;
 
 pub use page::{Row, table};
-pub use picture::picture;

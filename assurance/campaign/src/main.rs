@@ -20,7 +20,7 @@ use fault_campaign::injection::{Injection, Place};
 use fault_campaign::motion::Motion;
 use fault_campaign::outcome::{Outcome, Verdict};
 use fault_campaign::results::{Results, program};
-use fault_campaign::{picture, table};
+use fault_campaign::table;
 use indicatif::{ProgressBar, ProgressStyle};
 use virtual_board::run::FirmwareError;
 
@@ -63,7 +63,7 @@ struct Options {
     /// CSV file of the motion, to look at a single experiment
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
-    /// Page of the results, and beside it the picture of the same name
+    /// Page of the results
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
@@ -123,7 +123,7 @@ fn run(options: &Options) -> Result<usize, Error> {
         table(&classes),
     );
     match &options.out {
-        Some(path) => write_page(path, &text, &picture(&by_class))?,
+        Some(path) => write_page(path, &text)?,
         None => println!("{text}"),
     }
     let verdicts = judged.iter().map(|(_, verdict)| verdict.outcome);
@@ -228,17 +228,10 @@ the rate of silent hazards with a probability of 95 %. For named memory it is a 
 
 ";
 
-/// Writes the page, and the picture beside it.
-fn write_page(path: &Path, text: &str, picture: &str) -> Result<(), Error> {
-    let drawn = path.with_extension("svg");
-    let name = drawn.file_name().unwrap_or_default().display();
-    let text = format!("{HEAD}{text}\n![Shares of the outcomes, by class of place]({name})\n");
-    let write = |path: &Path, text: &str| {
-        fs::write(path, text).map_err(|source| Error::File {
-            path: path.into(),
-            source,
-        })
-    };
-    write(path, &text)?;
-    write(&drawn, picture)
+/// Writes the page.
+fn write_page(path: &Path, text: &str) -> Result<(), Error> {
+    fs::write(path, format!("{HEAD}{text}")).map_err(|source| Error::File {
+        path: path.into(),
+        source,
+    })
 }

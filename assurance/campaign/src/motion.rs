@@ -53,7 +53,7 @@ impl Motion {
         Self::Saving,
     ];
 
-    /// Its name in tables and pictures.
+    /// Its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Position => "steps of position",

@@ -3,7 +3,6 @@
 use std::cmp::Reverse;
 use std::fs::File;
 use std::io;
-use std::sync::Arc;
 
 use board_tests::frames::to_wire;
 use board_tests::master::PERIODS;
@@ -18,7 +17,7 @@ use crate::motion::Motion;
 use crate::outcome::Verdict;
 use crate::reports::Reports;
 use crate::timetable::{Instant, Timetable};
-use crate::twin::{Recorder, Twin};
+use crate::twin::{self, Recorder, Twin};
 
 /// What is called with each result.
 pub type Report = Box<dyn FnMut(Injection, Verdict) + Send>;
@@ -27,7 +26,7 @@ pub type Report = Box<dyn FnMut(Injection, Verdict) + Send>;
 #[derive(Debug)]
 enum Role {
     /// Copies itself for the twin, then for each injection.
-    Original(Arc<Twin>),
+    Original(Twin),
     /// Records the undisturbed board.
     Twin(Recorder),
     /// Carries out an experiment.
@@ -68,7 +67,7 @@ impl Original {
             injector,
             timetable,
             reports: Reports::default(),
-            role: Role::Original(Arc::default()),
+            role: Role::Original(Twin::default()),
             report,
             trace,
             result: Ok(()),
@@ -94,7 +93,7 @@ impl Original {
                 self.timetable.carry_out_warm_up(ms, view, &self.injector);
             }
             Role::Original(_) => self.copy(view, motion, ms)?,
-            Role::Twin(recorder) => recorder.record(view, ms, &self.injector),
+            Role::Twin(recorder) => recorder.record(view.row.angle_deg, ms),
             Role::Experiment(experiment) => experiment.observe(view, ms),
         }
         Ok(Flow::Continue)
@@ -135,13 +134,13 @@ impl Original {
         let mut copies = Copies::default();
         if let Some(reporter) = copies.start(())? {
             let mut recorder = Recorder::new(latest_ms + OBSERVED_MS, reporter);
-            recorder.record(view, 0, &self.injector);
+            recorder.record(view.row.angle_deg, 0);
             self.role = Role::Twin(recorder);
             return Ok(true);
         }
         let report = copies.wait()?.map(|((), report)| report);
-        let twin = Twin::from_bytes(&report.unwrap_or_default());
-        self.role = Role::Original(Arc::new(twin));
+        let twin = twin::from_bytes(&report.unwrap_or_default());
+        self.role = Role::Original(twin);
         Ok(false)
     }
 

@@ -46,7 +46,10 @@ mod tests {
         // Every state of the board, from Initialising to Fault; a stall of half a second is longer
         // than these inputs.
         let all = BoardState::Initialising as u8..=BoardState::Fault as u8;
-        assert!(all.into_iter().all(|state| states.contains(&state)), "{states:?}");
+        assert!(
+            all.into_iter().all(|state| states.contains(&state)),
+            "{states:?}"
+        );
     }
 
     proptest! {

@@ -8,10 +8,10 @@ use program_handlers::Handler;
 use crate::shadow::Shadow;
 
 const HEAD: &str = "\
-# Two processors, and cycles
+# Two processors
 
-Written by `bash assurance/processor/ci.sh --seconds 300 --write`; `docs/emulated-board.md` says what is compared, and what
-the cycles are a bound of.
+Written by `bash assurance/processor/ci.sh --seconds 300 --write`; `docs/emulated-board.md` says what is
+compared.
 
 ";
 

@@ -1,6 +1,5 @@
 //! A second opinion on the emulated processor.
 
-pub mod cycles;
 pub mod document;
 mod frames;
 mod registers;

@@ -4,7 +4,6 @@
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-use crate::cycles::Cycles;
 use crate::tap::Event;
 use crate::unicorn::{Host, Memory};
 
@@ -38,8 +37,6 @@ pub struct Replay {
     pub memory: Arc<Memory>,
     /// Number of compared reads and writes.
     pub accesses: u64,
-    /// The bound of the cycles.
-    pub cycles: Cycles,
     /// Registers of the system control space that were written; the others are 0, as after a reset.
     system: BTreeMap<u32, u32>,
     /// The instruction that executes.
@@ -80,7 +77,6 @@ impl Replay {
     /// Takes the next recorded access, which must be this one; returns its value.
     fn next(&mut self, is_write: bool, address: u32, bytes: u32) -> Option<u32> {
         self.accesses += 1;
-        self.cycles.peripheral(address);
         let Some(event) = self.log.pop_front() else {
             let instruction = self.instruction;
             self.differs(|| {
@@ -136,8 +132,6 @@ impl Replay {
                 return;
             }
             self.executed += 1;
-            let half = self.memory.half(next).unwrap_or(0);
-            self.cycles.skipped(size(half));
         }
     }
 
@@ -150,7 +144,7 @@ impl Replay {
 }
 
 impl Host for Replay {
-    fn instruction(&mut self, address: u32, register: &dyn Fn(u8) -> u32) -> bool {
+    fn instruction(&mut self, address: u32) -> bool {
         if !self.block.is_empty() {
             self.count_skipped(address);
         }
@@ -174,8 +168,6 @@ impl Host for Replay {
         }
         self.executed += 1;
         self.instruction = address;
-        let second = self.memory.half(address + 2).unwrap_or(0);
-        self.cycles.instruction(address, [first, second], register);
         true
     }
 

@@ -19,7 +19,6 @@ use virtual_board::processor::{CoreBus, Exit, Layered, Memory, Observer, Process
 
 pub use self::comparison::Compared;
 pub use self::defect::Defect;
-use crate::cycles::Cycles;
 use crate::frames::Frames;
 use crate::registers::Registers;
 use crate::replay::Replay;
@@ -90,11 +89,6 @@ impl Shadow {
     /// Version of the library.
     pub fn version(&self) -> (u32, u32) {
         self.second.version()
-    }
-
-    /// The bound of the cycles.
-    pub fn cycles(&mut self) -> &mut Cycles {
-        &mut self.second.host().cycles
     }
 
     /// Number of compared reads and writes.

@@ -34,7 +34,7 @@ impl SmoothProfile {
             divide(step << 16, UNIT as u32),
         );
         for (place_then, age) in last.iter_mut().zip((0..i64::from(count)).rev()) {
-            *place_then = (place - (age * step >> 16)) as i32;
+            *place_then = (place - ((age * step) >> 16)) as i32;
         }
         Self {
             profile: motion.at_fine(newest),

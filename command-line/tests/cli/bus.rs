@@ -193,18 +193,6 @@ fn a_failed_move_disables_the_drive() {
 }
 
 #[test]
-fn a_rate_that_is_too_low_is_refused_without_effect() {
-    let served = Served::new(&[]);
-    for rate in ["0", "-5", "0.0001", "nan"] {
-        let error = served.error(&format!("move 5 --rate {rate}"), 2);
-        assert!(error.contains("--rate is"), "{error}");
-    }
-    assert_eq!(served.text("get 6081"), "300000 mdeg/s\n");
-    served.text("move 5 --rate 100");
-    assert_eq!(served.text("get 6081"), "100000 mdeg/s\n");
-}
-
-#[test]
 fn a_recording_as_json_has_one_object_per_line_with_the_columns_of_the_file() {
     let served = Served::new(&[]);
     let lines = served.text("record --for 0.2 --json");
@@ -222,41 +210,6 @@ fn a_recording_as_json_has_one_object_per_line_with_the_columns_of_the_file() {
     let keys = samples[0].as_object().expect("an object");
     assert_eq!(keys.len(), names.len());
     assert!(names.iter().all(|name| keys.contains_key(*name)));
-}
-
-#[test]
-fn the_error_of_a_number_out_of_range_names_the_range() {
-    let cli = Cli::new();
-    for (arguments, expected) in [
-        ("record --for 0", "--for is 0, expected a time above 0 s"),
-        ("record --for -1", "--for is -1, expected a time above 0 s"),
-        ("monitor --for -1", "--for is -1, expected a time above 0 s"),
-        ("move 5 --within -1", "--within is -1, expected a time"),
-        (
-            "busload --telemetry -1",
-            "--telemetry is -1, expected a rate",
-        ),
-        ("busload --kbit-s 123", "expected one of 10, 20, 50,"),
-        ("busload --kbit-s -5", "expected one of 10, 20, 50,"),
-        ("scan --kbit-s 77", "expected one of 10, 20, 50,"),
-        (
-            "experiment black-box-1 --duration -1",
-            "--duration is -1, expected 0.1 to 3600 s",
-        ),
-    ] {
-        cli.assert_error(arguments, 2, expected);
-    }
-}
-
-#[test]
-fn the_bus_load_is_computed_without_a_bus() {
-    let cli = Cli::new();
-    let text = cli.text("busload --actuators 4 --json");
-    let load: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    // 4 x (2 x 250 x 135 + 50 x 105 + 50 x 115) bit/s of 1 Mbit/s.
-    let greatest = load["greatest_load"].as_f64().expect("a number");
-    assert!((greatest - 0.314).abs() < 1e-12, "{greatest}");
-    assert_eq!(load["actuators_that_fit"].as_u64(), Some(12));
 }
 
 #[cfg(unix)]

@@ -10,29 +10,6 @@ fn cli_with_pulse() -> Cli {
 }
 
 #[test]
-fn known_values_must_be_parameters_of_a_fitted_model() {
-    let cli = cli_with_pulse();
-    let identify = "identify pulse.csv --model black-box-1 --starts 1";
-    for (known, message) in [
-        ("nonsense=0.5", "unknown parameter `nonsense`"),
-        ("pole_rad=30", "did you mean `pole_rad_s`?"),
-        ("pendulum_mass_kg=0.5", "expected delay_s, gain, "),
-    ] {
-        cli.assert_error(&format!("{identify} --known {known}"), 2, message);
-    }
-    cli.assert_error(
-        "compare pulse.csv --starts 1 --known pendulum_mas_kg=5",
-        2,
-        "unknown parameter `pendulum_mas_kg`",
-    );
-    let text = cli.text(&format!("{identify} --known pole_rad_s=29 --json -"));
-    let document: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let parameters = document["models"][0]["parameters"].as_array();
-    let is_pole = |p: &serde_json::Value| p["name"] == "pole_rad_s" && p["estimate"] != 29.0;
-    assert!(!parameters.expect("a list").iter().any(is_pole), "{text}");
-}
-
-#[test]
 fn a_file_may_have_its_own_window_and_known_values() {
     let cli = cli_with_pulse();
     cli.text("simulate black-box-1 --input 3-2-1-1 --every 80 --csv other.csv");
@@ -123,37 +100,6 @@ fn the_error_of_exclusive_options_names_both() {
 }
 
 #[test]
-fn the_error_of_an_invalid_bound_or_value_gives_the_reason() {
-    let cli = cli_with_pulse();
-    for (option, message) in [
-        (
-            "--bound pole_rad_s=30:10",
-            "30:10, expected the lower bound before a greater one",
-        ),
-        (
-            "--bound pole_rad_s=30:30",
-            "30:30, expected the lower bound before a greater one",
-        ),
-        (
-            "--bound pole_rad_s=nan:30",
-            "expected the lower bound before a greater one",
-        ),
-        (
-            "--bound pole_rad_s=-10:-1",
-            "-10:-1, expected bounds within its range, ",
-        ),
-        (
-            "--fix pole_rad_s=inf",
-            "pole_rad_s is held at inf, expected ",
-        ),
-        ("--fix pole_rad_s=-3", "pole_rad_s is held at -3, expected "),
-    ] {
-        let command = format!("identify pulse.csv --model black-box-1 --starts 1 {option}");
-        cli.assert_error(&command, 2, message);
-    }
-}
-
-#[test]
 fn an_experiment_expects_the_parameters_of_its_own_model() {
     let cli = cli_with_pulse();
     cli.text("identify pulse.csv --model black-box-1 --starts 1 --parameters one.toml");
@@ -190,37 +136,6 @@ fn inputs_are_designed_for_models_with_a_command() {
     let cli = Cli::new();
     let message = "motor-m1 takes the duty of its motor, expected one of black-box-1,";
     cli.assert_error("experiment motor-m1", 2, message);
-}
-
-#[test]
-fn unwritable_results_are_refused_before_the_computation() {
-    let cli = cli_with_pulse();
-    for (outputs, status, message) in [
-        (
-            "--json both --html ./both",
-            2,
-            "--json and --html both write ./both",
-        ),
-        (
-            "--html page --parameters page",
-            2,
-            "--html and --parameters both write page",
-        ),
-        ("--html none/page.html", 1, "cannot write none/page.html"),
-        ("--json .", 1, "cannot write ."),
-    ] {
-        // A missing recording would be the next error.
-        let command = format!("identify missing.csv --model black-box-1 {outputs}");
-        cli.assert_error(&command, status, message);
-    }
-    cli.assert_error("compare missing.csv --html a --json a", 2, "both write a");
-    cli.assert_error(
-        "experiment black-box-1 --csv none/a.csv",
-        1,
-        "cannot write none/a.csv",
-    );
-    let left = std::fs::read_dir(cli.path(".")).expect("the folder");
-    assert_eq!(left.count(), 1, "nothing but the recording");
 }
 
 #[test]

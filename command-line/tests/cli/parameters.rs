@@ -45,63 +45,6 @@ fn every_parameter_has_a_unit_a_range_and_a_source() {
 }
 
 #[test]
-fn names_and_symbols_of_parameters_are_unique() {
-    let cli = Cli::new();
-    for command in TABLES {
-        let rows = list(&cli, command);
-        let input = |row: &Value| text(row, "name").starts_with("input.");
-        let rows: Vec<_> = rows.iter().filter(|row| !input(row)).collect();
-        let names = rows
-            .iter()
-            .flat_map(|row| [text(row, "name"), text(row, "symbol")]);
-        let mut names: Vec<_> = names.filter(|name| !name.is_empty()).collect();
-        let count = names.len();
-        names.sort_unstable();
-        names.dedup();
-        assert_eq!(names.len(), count, "{command}");
-    }
-}
-
-#[test]
-fn every_parameter_can_be_set_by_name_and_by_symbol() {
-    let cli = Cli::new();
-    for command in TABLES {
-        for key in ["name", "symbol"] {
-            let rows = list(&cli, command);
-            let settable = |row: &&Value| {
-                // A tuning accepts one goal, and parameters of the input have the prefix `input.`.
-                let name = text(row, "name");
-                let other_goal = ["bandwidth_hz", "phase_margin_deg"].contains(&name);
-                let hidden = key == "symbol" && name.starts_with("input.");
-                let refused = hidden || command == "tune" && other_goal;
-                !text(row, key).is_empty() && !refused
-            };
-            let bound = |row: &Value| row["min"].as_f64().or(row["max"].as_f64());
-            let mut arguments = command.to_owned();
-            for row in rows.iter().filter(settable) {
-                let value = bound(row).expect("one of the bounds is finite");
-                arguments += &format!(" --set {}={value}", text(row, key));
-            }
-            for row in list(&cli, &arguments).iter().filter(settable) {
-                assert_eq!(row["value"].as_f64(), bound(row), "{command}: {row}");
-            }
-        }
-    }
-}
-
-#[test]
-fn the_last_of_two_values_is_used_for_name_and_symbol() {
-    let cli = Cli::new();
-    let value = |sets: &str| {
-        let rows = list(&cli, &format!("simulate board {sets}"));
-        let row = rows.iter().find(|row| text(row, "name") == "position_gain");
-        row.and_then(|row| row["value"].as_f64())
-    };
-    assert_eq!(value("--set position_gain=3 --set P=4"), Some(4.0));
-    assert_eq!(value("--set P=4 --set position_gain=3"), Some(3.0));
-}
-
-#[test]
 fn the_list_shows_the_values_after_preset_scenario_and_options() {
     let cli = Cli::new();
     cli.write("s.toml", "[set]\nP = 5\n");
@@ -114,17 +57,6 @@ fn the_list_shows_the_values_after_preset_scenario_and_options() {
     assert_eq!(value("position_gain"), Some(5.0));
     assert_eq!(value("motor_gain_down"), Some(3.5));
     assert_eq!(value("input.frequency_hz"), Some(2.0));
-}
-
-#[test]
-fn the_table_shows_the_same_parameters_as_the_json() {
-    let cli = Cli::new();
-    let table = cli.text("simulate grey-box --list-parameters");
-    for row in list(&cli, "simulate grey-box") {
-        for key in ["name", "unit", "meaning", "source"] {
-            assert!(table.contains(text(&row, key)), "{key} of {row}");
-        }
-    }
 }
 
 #[cfg(target_os = "linux")]

@@ -3,16 +3,6 @@
 use super::{Cli, served::Served};
 
 #[test]
-fn a_bridge_that_a_model_lacks_cannot_be_switched() {
-    let cli = Cli::new();
-    for model in ["grey-box", "black-box-1", "black-box-2"] {
-        let message = format!("`pwm` `switched` applies to the model `board`, `{model}` has no");
-        cli.assert_error(&format!("simulate {model} --pwm switched"), 2, &message);
-    }
-    cli.text("simulate grey-box --pwm average --duration 0.1");
-}
-
-#[test]
 fn a_parameter_file_without_a_parameter_is_refused() {
     let cli = Cli::new();
     for content in ["", "model = \"black-box-1\"\n", "[set]\n"] {
@@ -82,7 +72,11 @@ fn output_that_cannot_be_written_ends_with_1_and_without_a_panic() {
         ("--help", ">/dev/full"),
         ("scan --bus 127.0.0.1:1", "2>&1 | true"),
         (&format!("{run} -"), ">/dev/full 2>errors"),
-        (&format!("{run} - --every 1"), "2>errors | true"),
+        // More than a pipe holds.
+        (
+            "simulate board --duration 1 --csv - --every 1",
+            "2>errors | true",
+        ),
     ] {
         assert_eq!(
             status(&cli, arguments, redirected),

@@ -39,19 +39,6 @@ fn every_model_runs_on_every_input() {
 }
 
 #[test]
-fn the_referees_names_of_the_inputs_are_known_too() {
-    let cli = Cli::new();
-    for (name, other) in [("variable-step", "varstep"), ("3-2-1-1", "3211")] {
-        let [one, two] = [name, other].map(|input| {
-            cli.text(&format!(
-                "simulate black-box-1 --csv - --every 4000 --input {input}"
-            ))
-        });
-        assert!(one == two);
-    }
-}
-
-#[test]
 fn by_default_every_twentieth_tick_of_50_us_is_a_row() {
     let cli = Cli::new();
     let t = cli.trace("board").column("time_s");
@@ -66,12 +53,6 @@ fn by_default_every_twentieth_tick_of_50_us_is_a_row() {
         .trace("board --every 80 --duration 0.0101")
         .column("time_s");
     assert_eq!(t, [0.0, 0.004, 0.008]);
-}
-
-#[test]
-fn a_duration_below_a_tick_is_one_tick() {
-    let cli = Cli::new();
-    assert_eq!(cli.trace("board --duration 1e-9").rows.len(), 1);
 }
 
 #[test]
@@ -118,51 +99,6 @@ fn numbers_survive_the_round_trip_through_csv() {
         .and_then(|simulation| simulation.record());
     let rows: Vec<Vec<f64>> = trace.expect("it runs").rows().collect();
     assert!(cli.trace("black-box-1").rows == rows);
-}
-
-#[test]
-fn equal_seeds_give_equal_bytes_and_different_seeds_different_noise() {
-    let cli = Cli::new();
-    let run = |seed: &str, noise: &str| {
-        let noise = format!("--set encoder_noise_deg={noise}");
-        cli.text(&format!(
-            "simulate board --duration 1.2 --csv - {noise} {seed}"
-        ))
-    };
-    assert!(run("--seed 7", "0.03") == run("--seed 7", "0.03"));
-    assert!(run("", "0.03") == run("--seed 0", "0.03"));
-    assert!(run("--seed 7", "0.03") != run("--seed 8", "0.03"));
-    assert!(run("--seed 7", "0") == run("--seed 8", "0"));
-}
-
-#[test]
-fn the_bridge_is_averaged_or_switched() {
-    let cli = Cli::new();
-    let run = |pwm: &str| {
-        cli.text(&format!(
-            "simulate board --input sine --duration 0.2 --csv - {pwm}"
-        ))
-    };
-    assert!(run("") == run("--pwm average"));
-    assert!(run("") != run("--pwm switched"));
-}
-
-#[test]
-fn a_preset_changes_the_motor() {
-    let cli = Cli::new();
-    let fastest = |preset: &str| {
-        let rate = cli
-            .trace(&format!("board --preset {preset}"))
-            .column("rate_deg_s");
-        let up = rate.iter().copied().fold(0.0, f64::max);
-        (up, rate.iter().copied().fold(0.0, f64::min))
-    };
-    // Motor gains times the full duty, reached to a per cent within the 90 deg of the pulse.
-    let (up, down) = fastest("as-measured");
-    assert!(
-        (up - 240.0).abs() < 2.4 && (down + 350.0).abs() < 3.5,
-        "{up} {down}"
-    );
 }
 
 #[test]
@@ -244,35 +180,4 @@ fn the_help_lists_models_presets_inputs_and_the_exit_status() {
         cli.text("--help")
             .contains("Exit status: 0 success, 1 a file")
     );
-}
-
-#[test]
-fn a_host_of_50_hz_holds_its_samples_and_the_delayed_command_shows_them() {
-    let scenario = |host_period_s: f64| Scenario {
-        model: Some(ModelKind::BlackBox1),
-        input: Some("ramp".into()),
-        every: Some(1),
-        duration_s: Some(1.0),
-        set: vec![host_sim::scenario::Setting::new(
-            "host_period_s",
-            host_period_s,
-        )],
-        ..Default::default()
-    };
-    let run = |host_period_s| scenario(host_period_s).resolve().unwrap().record().unwrap();
-    let (held, free) = (run(0.02), run(0.0));
-    assert_eq!(
-        held.column("command_delayed_deg"),
-        free.column("command_delayed_deg")
-    );
-    // The rate of black box 1 is p (c - angle), from which the delayed command c follows.
-    let arrived = |trace: &host_sim::trace::Trace, tick: usize| {
-        let column = |name| trace.column(name).unwrap()[tick];
-        column("rate_deg_s") / 30.0 + column("angle_deg")
-    };
-    let command = free.column("command_deg").unwrap();
-    for tick in (11_000..12_000).step_by(7) {
-        let sampled = command[(tick - 350) / 400 * 400];
-        assert!((arrived(&held, tick) - sampled).abs() < 1e-9, "tick {tick}");
-    }
 }

@@ -34,18 +34,6 @@ fn csv_on_standard_output_can_be_combined_with_files() {
 }
 
 #[test]
-fn each_run_writes_the_same_bytes() {
-    let cli = Cli::new();
-    let run = |name: &str| {
-        cli.text(&format!(
-            "simulate board --plant bench --duration 0.1 --out {name}"
-        ));
-        std::fs::read(cli.path(name)).expect("the file was written")
-    };
-    assert!(run("one.mat") == run("two.mat"));
-}
-
-#[test]
 fn a_file_name_without_a_format_or_given_twice_is_refused_before_the_run() {
     let cli = Cli::new();
     let expected = "expected a name that ends in .csv, .mat or .parquet";
@@ -79,16 +67,6 @@ fn a_trace_beyond_the_limit_of_a_mat_file_is_refused_before_the_run() {
          holds 2 GiB",
     );
     assert!(!cli.path("run.mat.part").exists());
-}
-
-#[test]
-fn an_unwritable_file_leaves_no_partial_and_no_other_files() {
-    let cli = Cli::new();
-    cli.write("a.csv", "old\n");
-    let arguments = "simulate board --out a.csv --out none/b.mat";
-    cli.assert_error(arguments, 1, "cannot write none/b.mat: No such file");
-    assert_eq!(cli.read("a.csv"), "old\n");
-    assert!(!cli.path("a.csv.part").exists());
 }
 
 #[cfg(unix)]

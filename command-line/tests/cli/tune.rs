@@ -1,6 +1,5 @@
 //! `actuator tune`: from a motor and a target bandwidth to gains for the board.
 
-use predicates::prelude::*;
 use serde_json::Value;
 
 use super::Cli;
@@ -60,23 +59,6 @@ fn options_are_equivalent_to_settings() {
 }
 
 #[test]
-fn a_quarter_share_steps_without_overshoot_and_a_larger_one_overshoots() {
-    let cli = Cli::new();
-    let greatest = |share: &str| {
-        let tuning = tune(
-            &cli,
-            &format!("--inner-bandwidth 28 --position-share {share}"),
-        );
-        let step = "--set input.amplitude_deg=2";
-        let csv = cli.trace(&format!("{} {step}", simulate_command(&tuning)));
-        csv.column("angle_deg").into_iter().fold(0.0, f64::max)
-    };
-    // A share of one is a damping of a half: 16 % overshoot. An encoder count is 0.09 deg.
-    assert!(greatest("0.25") < 2.1);
-    assert!((greatest("1") - 2.32).abs() < 0.1);
-}
-
-#[test]
 fn of_an_asymmetric_motor_the_greater_gain_is_used() {
     let cli = Cli::new();
     let tuning = tune(&cli, "--preset as-measured --inner-bandwidth 35");
@@ -105,78 +87,6 @@ fn other_parameters_of_the_board_are_combined_with_the_gains() {
         tune(&cli, "--set control_period_s=0.002")["simulate"],
         Value::Null
     );
-}
-
-#[test]
-fn gains_that_miss_the_goal_are_printed_with_warnings() {
-    let cli = Cli::new();
-    let assert = cli
-        .actuator("tune --inner-bandwidth 120")
-        .assert()
-        .success();
-    assert
-        .stdout(predicate::str::contains("Gains"))
-        .stderr(predicate::str::contains(
-            "warning: one encoder count moves the duty by",
-        ));
-    let assert = cli
-        .actuator("tune --inner-bandwidth 300 --json")
-        .assert()
-        .success();
-    assert.stderr(predicate::str::contains(
-        "warning: the sampled loop is unstable",
-    ));
-    let unstable = tune(&cli, "--inner-bandwidth 300");
-    assert_eq!(unstable["is_stable"], Value::Bool(false));
-    assert_eq!(unstable["phase_margin_deg"], Value::Null);
-}
-
-#[test]
-fn unreachable_targets_are_refused_with_the_greatest_possible_value() {
-    let cli = Cli::new();
-    let bad = [
-        ("--bandwidth 60", "bandwidth_hz is 60, expected at most "),
-        (
-            "--bandwidth 0",
-            "parameter bandwidth_hz is 0, expected a number from 0.01 to 1000 Hz",
-        ),
-        ("--bandwidth nan", "parameter bandwidth_hz is NaN"),
-        (
-            "--phase-margin 91",
-            "parameter phase_margin_deg is 91, expected a number from 0 to 90",
-        ),
-        (
-            "--gain 0",
-            "parameter motor_gain is 0, expected a number from 0.000001",
-        ),
-        ("--gain -2", "parameter motor_gain is -2"),
-        (
-            "--time-constant inf",
-            "parameter motor_time_constant_s is inf",
-        ),
-        (
-            "--inner-bandwidth 2000",
-            "the request requires a gain that the board does not accept: position_gain is",
-        ),
-        ("--bandwidth 2 --inner-bandwidth 20", "cannot be used with"),
-        (
-            "--bandwidth 2 --set w=20",
-            "both the rate loop and the position loop, expected one",
-        ),
-        ("--set Kp=2", "`Kp` is computed by tuning"),
-        (
-            "--set rate_fliter=1",
-            "did you mean `rate_filter`?; expected one that `actuator tune",
-        ),
-        (
-            "--preset as-printed",
-            "possible values: consistent, asymmetric",
-        ),
-        ("--plot p.pdf", "expected a name that ends in .svg or .html"),
-    ];
-    for (options, message) in bad {
-        cli.assert_error(&format!("tune {options}"), 2, message);
-    }
 }
 
 #[test]

@@ -69,9 +69,6 @@ pub trait PwmTimer {
     /// Sets what takes effect at the next edge, all of it together.
     fn set_compare(&mut self, compare: Compare);
 
-    /// What was set last.
-    fn compare(&self) -> Compare;
-
     /// Connects the outputs to the timer, or opens all switches, at once.
     fn set_outputs(&mut self, are_on: bool);
 

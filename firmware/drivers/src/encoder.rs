@@ -15,7 +15,7 @@
 
 use embedded_hal::{
     digital::OutputPin,
-    spi::{MODE_2, Mode, Operation, SpiDevice},
+    spi::{MODE_2, Mode},
 };
 use model_core::control::encoder_word::EncoderWord;
 
@@ -34,133 +34,12 @@ pub const SELECT_NS: u32 = 500;
 /// Bits after the word: of 24, one precedes it and 18 belong to it.
 const TRAILING_BITS: u32 = 8 * BYTES as u32 - 1 - 18;
 
-/// A bus that reads the encoder.
-pub trait Bus {
-    /// Selects the encoder, which latches its angle, and starts to read it; a bus that blocks reads
-    /// all of it.
-    fn begin(&mut self);
-
-    /// Releases the encoder. Whether all bytes have been read since `begin`.
-    fn end(&mut self) -> bool;
-
-    /// The bytes of the last transfer that has ended.
-    fn bytes(&self) -> [u8; BYTES];
-}
-
-/// The encoder.
-#[derive(Debug)]
-pub struct As5045<B> {
-    bus: B,
-    is_read: bool,
-}
-
-impl<B: Bus> As5045<B> {
-    /// The encoder at this bus.
-    pub const fn new(bus: B) -> Self {
-        Self {
-            bus,
-            is_read: false,
-        }
-    }
-
-    /// Latches the angle and starts to read it.
-    #[inline]
-    pub fn start(&mut self) {
-        self.bus.begin();
-    }
-
-    /// Ends the reading. The word that was read; `None` if the transfer is incomplete.
-    #[inline]
-    pub fn finish(&mut self) -> Option<EncoderWord> {
-        self.is_read = self.bus.end();
-        self.word()
-    }
-
-    /// The word of the last [`As5045::finish`], from the bytes of the transfer.
-    #[inline]
-    pub fn word(&self) -> Option<EncoderWord> {
-        if !self.is_read {
-            return None;
-        }
-        let [a, b, c] = self.bus.bytes();
-        let bits = u32::from_be_bytes([0, a, b, c]) >> TRAILING_BITS;
-        Some(EncoderWord::new(bits))
-    }
-
-    /// The bus.
-    pub fn release(self) -> B {
-        self.bus
-    }
-}
-
-/// A bus that blocks for the transfer: any `SpiDevice` of [`MODE`] with at most [`MAX_CLOCK_HZ`].
-///
-/// ```
-/// use drivers::encoder::{As5045, Blocking, SELECT_NS};
-/// use embedded_hal_mock::eh1::spi::{Mock, Transaction};
-///
-/// let device = Mock::new(&[
-///     Transaction::transaction_start(),
-///     Transaction::delay(SELECT_NS),
-///     Transaction::read_vec(vec![0x40, 0x04, 0x00]),
-///     Transaction::transaction_end(),
-/// ]);
-/// let mut encoder = As5045::new(Blocking::new(device));
-/// encoder.start();
-/// let word = encoder.finish().expect("the transfer is complete");
-/// assert_eq!(word.read().expect("its parity is even").count.get(), 2048);
-/// assert_eq!(encoder.finish(), None);
-/// encoder.release().release().done();
-/// ```
-#[derive(Debug)]
-pub struct Blocking<S> {
-    device: S,
-    received: [u8; BYTES],
-    is_new: bool,
-}
-
-impl<S: SpiDevice> Blocking<S> {
-    /// A bus of this device.
-    pub const fn new(device: S) -> Self {
-        Self {
-            device,
-            received: [0; BYTES],
-            is_new: false,
-        }
-    }
-
-    /// The device.
-    pub fn release(self) -> S {
-        self.device
-    }
-}
-
-impl<S: SpiDevice> Bus for Blocking<S> {
-    fn begin(&mut self) {
-        let mut bytes = [0; BYTES];
-        let mut operations = [
-            Operation::DelayNs(SELECT_NS),
-            Operation::Read(bytes.as_mut_slice()),
-        ];
-        self.is_new = self.device.transaction(&mut operations).is_ok();
-        self.received = bytes;
-    }
-
-    fn end(&mut self) -> bool {
-        core::mem::take(&mut self.is_new)
-    }
-
-    fn bytes(&self) -> [u8; BYTES] {
-        self.received
-    }
-}
-
 /// A transfer of [`BYTES`] bytes that the hardware carries out, and at whose end it interrupts.
 pub trait Transfer {
     /// Aborts a transfer, and discards what was received.
     fn abort(&mut self);
 
-    /// Starts a transfer.
+    /// Starts a transfer. The first edge of the clock has to follow after [`SELECT_NS`].
     fn start(&mut self);
 
     /// Whether a transfer has ended since the last call.
@@ -170,31 +49,28 @@ pub trait Transfer {
     fn bytes(&self) -> [u8; BYTES];
 }
 
-/// A bus with exact instants: the encoder latches its angle when [`Bus::begin`] is called, and the
-/// transfer does not occupy the processor.
+/// The encoder, with its transfer and its chip select.
 #[derive(Debug)]
-pub struct Timed<T, P> {
+pub struct As5045<T, P> {
     transfer: T,
     /// CSn, active low.
     select: P,
+    is_read: bool,
 }
 
-impl<T: Transfer, P: OutputPin> Timed<T, P> {
-    /// A bus of this transfer, with this pin as CSn. The first edge of the clock has to follow
-    /// [`SELECT_NS`] after the start of the transfer.
+impl<T: Transfer, P: OutputPin> As5045<T, P> {
+    /// The encoder that this transfer reads while this pin selects it.
     pub const fn new(transfer: T, select: P) -> Self {
-        Self { transfer, select }
+        Self {
+            transfer,
+            select,
+            is_read: false,
+        }
     }
 
-    /// The transfer and the pin.
-    pub fn release(self) -> (T, P) {
-        (self.transfer, self.select)
-    }
-}
-
-impl<T: Transfer, P: OutputPin> Bus for Timed<T, P> {
+    /// Latches the angle and starts to read it.
     #[inline]
-    fn begin(&mut self) {
+    pub fn start(&mut self) {
         // An aborted transfer leaves data behind, which would shift the next word.
         self.transfer.abort();
         // A pin that fails leaves the encoder deselected: it then reads as zeros, which is invalid.
@@ -202,29 +78,42 @@ impl<T: Transfer, P: OutputPin> Bus for Timed<T, P> {
         self.transfer.start();
     }
 
+    /// Ends the reading. The word that was read; `None` if the transfer is incomplete.
     #[inline]
-    fn end(&mut self) -> bool {
+    pub fn finish(&mut self) -> Option<EncoderWord> {
         let _ = self.select.set_high();
-        self.transfer.end()
+        self.is_read = self.transfer.end();
+        self.word()
     }
 
+    /// The word of the last [`As5045::finish`], from the bytes of the transfer.
     #[inline]
-    fn bytes(&self) -> [u8; BYTES] {
-        self.transfer.bytes()
+    pub fn word(&self) -> Option<EncoderWord> {
+        if !self.is_read {
+            return None;
+        }
+        let [a, b, c] = self.transfer.bytes();
+        let bits = u32::from_be_bytes([0, a, b, c]) >> TRAILING_BITS;
+        Some(EncoderWord::new(bits))
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use core::convert::Infallible;
+
+    use embedded_hal::digital::ErrorType;
     use model_core::control::encoder_word::{EncoderCount, Magnet};
 
     use super::*;
 
-    /// A bus that has received these bytes.
+    /// A transfer that has received these bytes, and a pin that nothing observes.
     struct Received([u8; BYTES]);
 
-    impl Bus for Received {
-        fn begin(&mut self) {}
+    impl Transfer for Received {
+        fn abort(&mut self) {}
+
+        fn start(&mut self) {}
 
         fn end(&mut self) -> bool {
             true
@@ -232,6 +121,22 @@ mod tests {
 
         fn bytes(&self) -> [u8; BYTES] {
             self.0
+        }
+    }
+
+    struct Pin;
+
+    impl ErrorType for Pin {
+        type Error = Infallible;
+    }
+
+    impl OutputPin for Pin {
+        fn set_low(&mut self) -> Result<(), Infallible> {
+            Ok(())
+        }
+
+        fn set_high(&mut self) -> Result<(), Infallible> {
+            Ok(())
         }
     }
 
@@ -252,7 +157,9 @@ mod tests {
             for stale in 0..8_u8 {
                 let last = |byte: u8, number: u32| byte & !1 | stale >> number & 1;
                 let bytes = [last(a, 0), last(b, 1), last(c, 2)];
-                let read = As5045::new(Received(bytes)).finish().map(EncoderWord::read);
+                let read = As5045::new(Received(bytes), Pin)
+                    .finish()
+                    .map(EncoderWord::read);
                 let is_same = read.is_some_and(|read| {
                     read.is_err() || read.is_ok_and(|reading| reading.count.get() == count)
                 });

@@ -1,11 +1,10 @@
 //! Bode plots: computed lines and measured points.
 
-use super::{comparison::Outcome, models::Model};
+use super::{comparison::Outcome, models::Model, sweep::Point};
 use crate::{
     analysis::frequency::{HALF_POWER_DB, Response, logarithmic_grid, unwrap_deg},
     plot::{Figure, Panel, Series, Style},
 };
-use model_core::evaluation::frequency_response::Point;
 
 /// The axis begins where all models have a gain of one and ends above the last measurement.
 const FROM_HZ: f64 = 0.1;

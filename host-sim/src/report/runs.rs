@@ -1,9 +1,11 @@
 //! The runs: every model on every input of the paper.
 
-use model_core::evaluation::frequency_response::Point;
 use rayon::prelude::*;
 
-use super::{models::Model, sweep};
+use super::{
+    models::Model,
+    sweep::{self, Point},
+};
 use crate::{error::Error, settings::Settings, trace::Trace};
 
 /// The inputs of the paper (sections II.A and III), in the order of the report.

@@ -1,5 +1,5 @@
-//! Evaluation of runs, the same for the report and for the page in the browser: figures of merit of
-//! steps ([`step_metrics`]) and the measured frequency response ([`frequency_response`]).
+//! Evaluation of runs: figures of merit of steps ([`step_metrics`]), and gain and phase of sines
+//! ([`frequency_response`]).
 
 pub mod frequency_response;
 pub mod step_metrics;

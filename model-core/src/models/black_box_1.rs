@@ -120,9 +120,8 @@ impl ActuatorModel for BlackBox1 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::tests::{angle_after, ramp_lag_s};
+    use crate::models::tests::angle_after;
     use crate::parameter::Parameters;
-    use crate::time::TICKS_PER_SECOND;
 
     fn model(set: &[(&str, f64)]) -> BlackBox1 {
         let mut parameters = BlackBox1Parameters::default();
@@ -130,37 +129,6 @@ mod tests {
             parameters.set(name, *value).unwrap();
         }
         BlackBox1::try_new(parameters).unwrap()
-    }
-
-    #[test]
-    fn a_small_step_response_is_one_minus_an_exponential() {
-        // 5 deg require at most 150 deg/s: no limit is active.
-        let mut model = model(&[]);
-        for tick in 0..TICKS_PER_SECOND {
-            let exact = 5.0 * (1.0 - libm::exp(-30.0 * crate::time::seconds(tick)));
-            // Local error (p h)^5/120 = 6e-17 per tick, rounding 4e-16 per tick: below 1e-12.
-            assert!((model.output(5.0).angle_deg - exact).abs() < 1e-12);
-            model.advance_tick(5.0);
-        }
-    }
-
-    #[test]
-    fn a_ramp_is_followed_with_a_lag_of_one_over_the_pole() {
-        // The command is constant within a tick, which adds half a tick of lag.
-        let expected = 1.0 / 30.0 + TICK_S / 2.0;
-        // The remaining effect of the steps is p h^2/12 = 6e-9 s.
-        assert!((ramp_lag_s(&mut model(&[]), 60.0) - expected).abs() < 1e-8);
-    }
-
-    #[test]
-    fn both_rate_limits_are_reached_exactly_by_the_sign_of_the_rate() {
-        let mut model = model(&[]);
-        assert_eq!(model.output(90.0).rate_deg_s, 240.0);
-        assert!((angle_after(&mut model, 90.0, 2000) - 24.0).abs() < 1e-10);
-        assert_eq!(model.output(0.0).rate_deg_s, -350.0);
-        assert_eq!(model.output(-90.0).rate_deg_s, -350.0);
-        let before = model.output(0.0).angle_deg;
-        assert!((angle_after(&mut model, -90.0, 20) - before + 0.35).abs() < 1e-10);
     }
 
     #[test]

@@ -172,9 +172,8 @@ impl ActuatorModel for BlackBox2 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::tests::{angle_after, ramp_lag_s, second_order_step};
+    use crate::models::tests::angle_after;
     use crate::parameter::Parameters;
-    use crate::time::TICKS_PER_SECOND;
 
     fn model(set: &[(&str, f64)]) -> BlackBox2 {
         let mut parameters = BlackBox2Parameters::default();
@@ -182,26 +181,6 @@ mod tests {
             parameters.set(name, *value).unwrap();
         }
         BlackBox2::try_new(parameters).unwrap()
-    }
-
-    #[test]
-    fn a_small_step_response_is_that_of_an_oscillator_of_30_rad_s_and_damping_0_9() {
-        for form in [0.0, 1.0, 2.0] {
-            let mut model = model(&[("bb2_sat", form)]);
-            for tick in 0..TICKS_PER_SECOND {
-                let exact = second_order_step(30.0, 0.9, crate::time::seconds(tick));
-                // Rounding of at most 4e-16 per tick over 20,000 ticks.
-                assert!((model.output(1.0).angle_deg - exact).abs() < 1e-11);
-                model.advance_tick(1.0);
-            }
-        }
-    }
-
-    #[test]
-    fn a_ramp_is_followed_with_a_lag_of_b_over_a() {
-        // The command is constant within a tick, which adds half a tick of lag.
-        let expected = 54.0 / 900.0 + TICK_S / 2.0;
-        assert!((ramp_lag_s(&mut model(&[]), 60.0) - expected).abs() < 1e-8);
     }
 
     #[test]

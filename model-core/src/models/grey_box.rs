@@ -243,9 +243,8 @@ impl ActuatorModel for GreyBox {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::models::tests::{angle_after, second_order_step};
+    use crate::models::tests::angle_after;
     use crate::parameter::Parameters;
-    use crate::time::TICKS_PER_SECOND;
 
     fn model(set: &[(&str, f64)]) -> GreyBox {
         let mut parameters = GreyBoxParameters::default();
@@ -253,32 +252,6 @@ mod tests {
             parameters.set(name, *value).unwrap();
         }
         GreyBox::try_new(parameters).unwrap()
-    }
-
-    #[test]
-    fn a_small_step_response_shows_that_the_pi_zero_cancels_the_motor_pole() {
-        // Rate loop F G = 28.36/s, position loop 8/s.
-        let natural_rad_s = libm::sqrt(8.0 * 28.36);
-        let damping = 28.36 / (2.0 * natural_rad_s);
-        let mut model = model(&[]);
-        for tick in 0..TICKS_PER_SECOND {
-            let exact = second_order_step(natural_rad_s, damping, crate::time::seconds(tick));
-            // Rounding of at most 4e-16 per tick over 20,000 ticks.
-            assert!((model.output(1.0).angle_deg - exact).abs() < 1e-11);
-            model.advance_tick(1.0);
-        }
-    }
-
-    #[test]
-    fn the_duty_limit_is_reached_exactly_and_gives_the_rate_of_the_motor_gain() {
-        let mut model = model(&[("Kup", 2.40), ("Kdn", 3.50), ("tau", 1.0 / 54.0)]);
-        for (command_deg, rate_deg_s) in [(179.0, 240.0), (-179.0, -350.0)] {
-            angle_after(&mut model, command_deg, 8000);
-            let seen = model.output(command_deg);
-            assert_eq!(seen.duty_pct.abs(), 100.0);
-            // Of the change from -350 to 240, exp(-0.4 54) = 4e-10 remains.
-            assert!((seen.rate_deg_s - rate_deg_s).abs() < 1e-6, "{seen:?}");
-        }
     }
 
     #[test]

@@ -5,7 +5,6 @@ use super::black_box_1::{BlackBox1, BlackBox1Parameters};
 use super::black_box_2::{BlackBox2, BlackBox2Parameters};
 use super::grey_box::{GreyBox, GreyBoxParameters};
 use crate::limits::hard_stop;
-use crate::time::TICK_S;
 use proptest::prelude::*;
 use std::boxed::Box;
 use std::vec::Vec;
@@ -16,24 +15,6 @@ pub(super) fn angle_after(model: &mut impl ActuatorModel, command_deg: f64, tick
         model.advance_tick(command_deg);
     }
     model.output(command_deg).angle_deg
-}
-
-/// Lag relative to a ramp of this slope after two seconds, s.
-pub(super) fn ramp_lag_s(model: &mut impl ActuatorModel, slope_deg_s: f64) -> f64 {
-    let command_deg = |tick: u32| slope_deg_s * f64::from(tick) * TICK_S;
-    for tick in 0..40_000 {
-        model.advance_tick(command_deg(tick));
-    }
-    let angle_deg = model.output(command_deg(40_000)).angle_deg;
-    (command_deg(40_000) - angle_deg) / slope_deg_s
-}
-
-/// Unit step response of `wn^2/(s^2 + 2 z wn s + wn^2)` for `z < 1`.
-pub(super) fn second_order_step(natural_rad_s: f64, damping: f64, t_s: f64) -> f64 {
-    let root = libm::sqrt(1.0 - damping * damping);
-    let phase = natural_rad_s * root * t_s;
-    let envelope = libm::exp(-damping * natural_rad_s * t_s);
-    1.0 - envelope * (libm::cos(phase) + damping / root * libm::sin(phase))
 }
 
 /// All models with these limits.

@@ -25,24 +25,6 @@ pub fn board_h743_elf() -> &'static Path {
     ELF.get_or_init(|| program("build-h743", "actuator-board-h743", &[]))
 }
 
-/// The ELF file of the checks of the drivers on the STM32F427, built once in a process.
-///
-/// # Panics
-/// If it does not build.
-pub fn driver_checks_elf() -> &'static Path {
-    static ELF: OnceLock<PathBuf> = OnceLock::new();
-    ELF.get_or_init(|| program("build-board", "driver-checks", &[]))
-}
-
-/// The ELF file of the checks of the drivers on the STM32H743, built once in a process.
-///
-/// # Panics
-/// If it does not build.
-pub fn driver_checks_h743_elf() -> &'static Path {
-    static ELF: OnceLock<PathBuf> = OnceLock::new();
-    ELF.get_or_init(|| program("build-h743", "driver-checks-h743", &[]))
-}
-
 /// The ELF file of the communication board, built once in a process.
 ///
 /// # Panics

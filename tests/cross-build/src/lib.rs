@@ -13,10 +13,7 @@ use std::{
     process::{Command, ExitStatus},
 };
 
-pub use board::{
-    board_elf, board_h743_elf, boot_elf, bring_up_elf, comm_board_elf, driver_checks_elf,
-    driver_checks_h743_elf,
-};
+pub use board::{board_elf, board_h743_elf, boot_elf, bring_up_elf, comm_board_elf};
 pub use target::add_target;
 
 /// The target of the boards.

@@ -24,22 +24,12 @@ pub struct Measured {
     pub lines: Vec<String>,
 }
 
-/// Every measurement, in the order of the page.
-pub static MEASUREMENTS: [Measurement; 5] = [
-    Measurement {
-        what: "Flash, SRAM and stack of the boards' programs",
-        arguments: "test-all --test elf -- --nocapture --test-threads 1 below_their_limits",
-        markers: &["actuator-board", "bring-up", "comm-board", "flash "],
-    },
+/// Every measurement, in the order of the page. Sizes and instructions on a PC are golden files.
+pub static MEASUREMENTS: [Measurement; 3] = [
     Measurement {
         what: "Instructions of a control period on the board",
         arguments: "test-all --test board -- --nocapture --test-threads 1 below_300 instructions_of_a_control_period",
         markers: &["instructions", "all handlers"],
-    },
-    Measurement {
-        what: "Instructions on a PC",
-        arguments: "run --profile bench -p instruction-counts",
-        markers: &["%", "of each"],
     },
     Measurement {
         what: "Longest communication cycle, start of the control step, stack",

@@ -54,8 +54,9 @@ fn times_of(entry: &Entry) -> String {
 /// The part with the counts, as Markdown.
 pub fn counts(machine: &Machine, measured: &[Measured]) -> String {
     let mut text = format!(
-        "{COUNTS}\nThe lines below each command are its output. Counts of instructions \
-         and bytes depend on the commit and the compiler alone.\n\n{}",
+        "{COUNTS}\nThe lines below each command are its output. They depend on the commit \
+         and the compiler alone, as do sizes\nand instructions on a PC, which are in \
+         [tests/golden](../tests/golden).\n\n{}",
         origin(machine)
     );
     for Measured { measurement, lines } in measured {
@@ -78,9 +79,8 @@ pub fn counts_of(page: &str) -> &str {
 
 fn origin(machine: &Machine) -> String {
     format!(
-        "| | |\n|---|---|\n| commit | {} |\n| date | {} |\n| processor | {} |\n\
-         | load average before | {} |\n| compiler | {} |\n",
-        machine.commit, machine.date, machine.processor, machine.load, machine.compiler
+        "| | |\n|---|---|\n| commit | {} |\n| date | {} |\n| compiler | {} |\n",
+        machine.commit, machine.date, machine.compiler
     )
 }
 

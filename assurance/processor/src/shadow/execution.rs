@@ -27,7 +27,6 @@ impl Shadow {
                 let half = self.second.memory().half(pc).unwrap_or(0);
                 self.it = half as u8;
                 self.second.write([(Register::core(15), (pc + 2) | 1)]);
-                self.second.host().cycles.skipped(2);
                 left -= 1;
             } else if executed == 0 && self.returning.is_none() {
                 let [pc] = self.second.read([Register::core(15)]);
@@ -72,7 +71,6 @@ impl Shadow {
             self.run(1, Some(next))?;
         } else {
             self.second.write([(Register::core(15), next | 1)]);
-            self.second.host().cycles.skipped(next - pc);
         }
         self.it = if self.it & 0b111 == 0 {
             0
@@ -86,7 +84,6 @@ impl Shadow {
         let [status] = self.second.read([Register::XPSR]);
         *self.compared.handlers.entry(status & 0x1ff).or_default() += 1;
         self.handler_ended = true;
-        self.second.host().cycles.leave();
         self.it = self.frames.leave(&mut self.second, link)?;
         Ok(())
     }
@@ -105,9 +102,6 @@ impl Shadow {
             if is_at_handler && board.core[13] == at && board.core[14] == link {
                 *self.compared.handlers.entry(status & 0x1ff).or_default() += 1;
                 self.handler_ended = true;
-                let cycles = &mut self.second.host().cycles;
-                cycles.leave();
-                cycles.enter(number);
                 Frames::chain(&mut self.second, link, (number, vector & !1));
                 return Ok(());
             }
@@ -122,7 +116,6 @@ impl Shadow {
                 board.core[14],
             )?;
             self.it = 0;
-            self.second.host().cycles.enter(number);
         }
         Ok(())
     }

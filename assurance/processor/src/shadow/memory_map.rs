@@ -97,7 +97,6 @@ impl Shadow {
             .write([(Register::CONTROL, registers.masks[3] | FPCA)]);
         self.it = it_of(registers.xpsr);
         self.frames.clear();
-        self.second.host().cycles.clear();
         self.returning = None;
         self.is_synchronised = true;
     }

@@ -30,7 +30,6 @@ type AddHook = unsafe extern "C" fn(
 ) -> c_int;
 type Start = unsafe extern "C" fn(Handle, u64, u64, u64, usize) -> c_int;
 type Stop = unsafe extern "C" fn(Handle) -> c_int;
-type Register = unsafe extern "C" fn(Handle, c_int, *mut c_void) -> c_int;
 type Registers = unsafe extern "C" fn(Handle, *mut c_int, *mut *mut c_void, c_int) -> c_int;
 
 /// Called before each instruction: its address and size, and the context of the hook.
@@ -55,7 +54,6 @@ pub struct Api {
     pub add_hook: AddHook,
     pub start: Start,
     pub stop: Stop,
-    pub read_register: Register,
     pub read_registers: Registers,
     pub write_registers: Registers,
     text: Text,
@@ -98,7 +96,6 @@ impl Api {
             add_hook: function!(b"uc_hook_add\0"),
             start: function!(b"uc_emu_start\0"),
             stop: function!(b"uc_emu_stop\0"),
-            read_register: function!(b"uc_reg_read\0"),
             read_registers: function!(b"uc_reg_read_batch\0"),
             write_registers: function!(b"uc_reg_write_batch\0"),
             text: function!(b"uc_strerror\0"),

@@ -46,9 +46,9 @@ pub enum UnicornError {
 
 /// What the emulator calls while it runs.
 pub trait Host {
-    /// Called before each instruction, with its address and the values of R0 to R15; returns
-    /// whether it executes. If not, the emulator stops.
-    fn instruction(&mut self, address: u32, register: &dyn Fn(u8) -> u32) -> bool;
+    /// Called before each instruction, with its address; returns whether it executes. If not, the
+    /// emulator stops.
+    fn instruction(&mut self, address: u32) -> bool;
 
     /// A read of a register outside of plain memory.
     fn read(&mut self, address: u32, bytes: u32) -> u32;
@@ -101,7 +101,6 @@ impl Register {
 struct Context<H> {
     host: H,
     stop: unsafe extern "C" fn(Handle) -> c_int,
-    read_register: unsafe extern "C" fn(Handle, c_int, *mut c_void) -> c_int,
 }
 
 /// An emulator with its host.
@@ -158,14 +157,10 @@ impl<H: Host> Unicorn<H> {
         api.check("uc_open", unsafe {
             (api.open)(ARM, THUMB_M, &raw mut handle)
         })?;
-        let (stop, read_register) = (api.stop, api.read_register);
+        let stop = api.stop;
         let unicorn = Self {
             handle,
-            context: Box::into_raw(Box::new(Context {
-                host,
-                stop,
-                read_register,
-            })),
+            context: Box::into_raw(Box::new(Context { host, stop })),
             memory: Arc::default(),
             api,
         };
@@ -366,14 +361,7 @@ struct Registers<H> {
 extern "C" fn on_code<H: Host>(handle: Handle, address: u64, _: u32, context: *mut c_void) {
     // SAFETY: the context of the hook; the emulator runs, so that nothing else uses it.
     let context = unsafe { &mut *context.cast::<Context<H>>() };
-    let read_register = context.read_register;
-    let register = |number| {
-        let mut value = 0_u64;
-        // SAFETY: the value has the eight bytes that the library writes at most.
-        unsafe { read_register(handle, Register::core(number).0, (&raw mut value).cast()) };
-        value as u32
-    };
-    if !context.host.instruction(address as u32, &register) {
+    if !context.host.instruction(address as u32) {
         // SAFETY: the instance is open.
         unsafe { (context.stop)(handle) };
     }

@@ -147,14 +147,6 @@ impl PwmTimer for BridgeTimer {
         self.set_control(is_running, false);
     }
 
-    fn compare(&self) -> Compare {
-        Compare {
-            leg_a: self.0.ccr1().read().ccr().bits(),
-            leg_b: self.0.ccr2().read().ccr().bits(),
-            sample: self.0.ccr4().read().ccr().bits(),
-        }
-    }
-
     #[inline]
     fn set_outputs(&mut self, are_on: bool) {
         self.0.bdtr().modify(|_, w| w.moe().bit(are_on));

@@ -1,11 +1,10 @@
 //! The CAN controller: how it takes part in the bus, its queues, its acceptance list.
 //!
 //! [`CanPort`] is what differs between controllers. [`CanController`] joins the bus and transmits,
-//! [`receive`] fetches received frames, and [`NbCan`] is the port as `embedded_can::nb::Can`.
+//! [`receive`] fetches received frames.
 
 mod acceptance;
 mod controller;
-mod polled;
 
 use canopen::CanFrame;
 use embedded_can::{Error, ErrorKind};
@@ -14,7 +13,6 @@ pub use firmware::application::BusState;
 pub use self::{
     acceptance::AcceptedIds,
     controller::{CanController, TransmitQueues},
-    polled::NbCan,
 };
 
 /// Events on the bus since the last query.

@@ -1,5 +1,5 @@
 //! The drivers with mocks in place of the hardware.
 
-mod checks;
+mod bridge;
 mod controller;
 mod mocks;

@@ -75,9 +75,11 @@ fn no_limit_acts_while_the_response_is_measured() {
         for frequency_hz in sweep::FREQUENCIES_HZ {
             let mut actuator = Actuator::try_new(&settings).expect("a model");
             let mut largest = (0.0_f64, 0.0_f64);
-            let command = sweep::command(model, frequency_hz);
-            for command_deg in command.commands().chain(command.commands()) {
-                actuator.advance(command_deg, 1).expect("a finite command");
+            let command = sweep::Command::of(model, frequency_hz);
+            for tick in 0..2 * command.ticks {
+                actuator
+                    .advance(command.at(tick), 1)
+                    .expect("a finite command");
                 let now = actuator.reading();
                 largest.0 = largest.0.max(now.rate_deg_s.abs());
                 largest.1 = largest.1.max(now.duty_pct.abs());

@@ -13,10 +13,7 @@ pub mod timing;
 pub mod updater;
 pub mod wiring;
 
-use drivers::{
-    bridge::HBridge,
-    encoder::{As5045, Timed},
-};
+use drivers::{bridge::HBridge, encoder::As5045};
 
 pub use self::acceptance::Acceptance;
 use self::encoder::SpiTransfer;
@@ -26,7 +23,7 @@ use crate::actuator::{encoder_select::SelectPin, pwm_timer::BridgeTimer};
 pub type ActuatorBridge = HBridge<BridgeTimer>;
 
 /// The encoder of the actuator board.
-pub type Encoder = As5045<Timed<SpiTransfer, SelectPin>>;
+pub type Encoder = As5045<SpiTransfer, SelectPin>;
 
 /// The CAN controller of the actuator board.
 pub type Can = can_port::Can1;

@@ -3,7 +3,6 @@
 use core::ptr;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use drivers::encoder::Timed;
 use firmware::supervisor::ResetCause;
 use stm32f4xx_hal::{dma::StreamsTuple, prelude::*, signature::Uid};
 
@@ -85,7 +84,7 @@ impl Peripherals {
         Self {
             bridge,
             analog,
-            encoder: Encoder::new(Timed::new(transfer, select)),
+            encoder: Encoder::new(transfer, select),
             servo_pulse: ServoPulse::new(dp.TIM4),
             period_counter: PeriodCounter::new(dp.TIM2),
             can: dp.CAN1,

@@ -3,7 +3,6 @@
 use core::ptr;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
-use drivers::encoder::Timed;
 use firmware::supervisor::ResetCause;
 
 use super::{
@@ -77,7 +76,7 @@ impl Peripherals {
         Self {
             bridge,
             analog: Analog::new((dp.ADC1, dp.ADC2), &dp.ADC12_COMMON, is_revision_v),
-            encoder: Encoder::new(Timed::new(SpiTransfer::new(dp.SPI1), select)),
+            encoder: Encoder::new(SpiTransfer::new(dp.SPI1), select),
             servo_pulse: ServoPulse::new(dp.TIM4),
             period_counter: PeriodCounter::new(dp.TIM2),
             can: dp.FDCAN1,
