@@ -123,14 +123,7 @@ pub fn fit_from(
         &options.limits,
         &is_stopped,
     );
-    let (found, neglected) = likelihood_ratio::without_negligible_effects(
-        problem,
-        &solution,
-        &options.limits,
-        &is_stopped,
-    );
-    solution.found = found;
-    Ok(outcome::fit(problem, &solution, &neglected))
+    Ok(outcome::fit(problem, &solution))
 }
 
 /// The optimum of a model.

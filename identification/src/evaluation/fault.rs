@@ -47,13 +47,11 @@ pub enum Fault {
     PoorStart,
     /// 50 Hz, with steps of the command between the samples.
     Asynchronous,
-    /// A motor without a load, of which only ratios are observable.
-    UnloadedMotor,
 }
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 20] = [
         Self::None,
         Self::HeldSmoothCommand,
         Self::ZeroReadings,
@@ -74,7 +72,6 @@ impl Fault {
         Self::TimeAsCommand,
         Self::PoorStart,
         Self::Asynchronous,
-        Self::UnloadedMotor,
     ];
 
     /// In words.
@@ -100,7 +97,6 @@ impl Fault {
             Self::TimeAsCommand => "time as command",
             Self::PoorStart => "one search from a poor start",
             Self::Asynchronous => "steps between samples at 50 Hz",
-            Self::UnloadedMotor => "unloaded motor: ratios",
         }
     }
 }

@@ -60,8 +60,7 @@ pub fn neutral_value(name: &str, nested: &NestedOptimum<'_>) -> Option<f64> {
 #[derive(Clone, Copy)]
 pub struct Friction<S> {
     coulomb: S,
-    /// Viscous friction, Nm s/rad.
-    pub viscous_nm_s: S,
+    viscous_nm_s: S,
     stribeck: S,
     stribeck_rad_s: S,
     exponent: S,
@@ -106,13 +105,15 @@ impl<S: Scalar> Friction<S> {
     }
 
     /// The greatest torque of friction, Nm, as
-    /// [`budget_nm`](model_core::plant::drivetrain::friction::Friction::budget_nm), without the
-    /// viscous one, which has no jump.
+    /// [`budget_nm`](model_core::plant::drivetrain::friction::Friction::budget_nm).
     pub fn budget_nm(&self, rate_rad_s: S, motor_nm: S, external_nm: S) -> S {
         let of_load = |[motor, external]: [S; 2]| (external * external_nm - motor * motor_nm).abs();
         let at_rest =
             self.stribeck + of_load(self.load_stribeck) + self.quadratic_nm(motor_nm, external_nm);
-        self.coulomb + of_load(self.load) + at_rest * self.share(rate_rad_s)
+        self.coulomb
+            + self.viscous_nm_s * rate_rad_s.abs()
+            + of_load(self.load)
+            + at_rest * self.share(rate_rad_s)
     }
 
     /// The Stribeck share `exp(-|w/ws|^a)`.
@@ -168,9 +169,7 @@ mod tests {
                 let values = MotorValues::from_slice(&values);
                 let [rate, motor, external] = [0.3, 1.0, 1.0].map(|d| noise.gaussian(d));
                 let expected = SimulatedFriction::new(p).budget_nm(rate, motor, external);
-                let friction = Friction::new(model, &values);
-                let viscous = friction.viscous_nm_s * rate.abs();
-                let budget = friction.budget_nm(rate, motor, external) + viscous;
+                let budget = Friction::new(model, &values).budget_nm(rate, motor, external);
                 assert!(
                     (budget - expected).abs() < 1e-12,
                     "M{model}: {budget} {expected}"

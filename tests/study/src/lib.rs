@@ -12,7 +12,6 @@ pub mod host;
 pub mod models;
 pub mod page;
 pub mod runs;
-pub mod spread;
 pub mod study;
 pub mod test_bench;
 pub mod trace_measures;

@@ -10,7 +10,6 @@ use crate::{
     figures::{PULSE_FIGURES, called, file},
     models::MODELS,
     runs::{CONDITIONS, INPUTS, SampleRate},
-    spread,
     study::Study,
 };
 
@@ -34,7 +33,6 @@ struct Page<'a> {
     figures: Vec<Figure>,
     quality: Table,
     cross: Table,
-    spread: Table,
     verdicts: Vec<(String, &'a str)>,
 }
 
@@ -52,7 +50,6 @@ fn page(study: &Study, claims: &[Claim]) -> String {
             .into(),
         quality: quality_table(study),
         cross: cross_table(study),
-        spread: spread::table(study),
         verdicts: verdicts
             .map(|(c, verdict)| (called(c), verdict.as_str()))
             .collect(),
