@@ -29,7 +29,7 @@ impl Manual {
         let mut program = crate::command();
         program.build();
         let folder = &self.folder;
-        file::create_folder("FOLDER", folder)?;
+        std::fs::create_dir_all(folder).map_err(|source| write_error(folder, source))?;
         self.write(&program)?;
         program
             .get_subcommands()

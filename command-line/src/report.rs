@@ -1,6 +1,9 @@
 //! `actuator report`.
 
-use std::path::{Path, PathBuf};
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
 
@@ -36,7 +39,7 @@ impl Report {
             .collect();
         file::check(&files, [])?;
         if let Some(folder) = &self.figures {
-            file::create_folder("--figures", folder)?;
+            fs::create_dir_all(folder).map_err(|source| output::write_error(folder, source))?;
         }
         let progress = output::progress(Comparison::steps(MODELS.len()), "runs");
         let comparison = Comparison::of(&MODELS, &|| progress.inc(1))?;

@@ -140,7 +140,7 @@ impl Import {
         path: &Path,
         progress: &mut Progress<'_>,
     ) -> Result<Vec<Imported>, ImportError> {
-        match path.is_dir() && path != Path::new("-") {
+        match path.is_dir() {
             true => lerobot::read(self, path, progress),
             false => Ok(vec![self.read(path, progress)?]),
         }
