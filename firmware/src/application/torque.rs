@@ -39,7 +39,7 @@ pub(super) fn duty(
     let bound = |rate_mdeg_s| {
         let end_mv = settings.motor.back_emf_mv(rate_mdeg_s);
         let bound_mv = end_mv + OPPOSING * (end_mv - back_emf_mv);
-        bound_mv.max(-GREATEST_MV).min(GREATEST_MV)
+        bound_mv.clamp(-GREATEST_MV, GREATEST_MV)
     };
     let (slowest, fastest) = torque.rates_mdeg_s;
     let mean_mv = wanted_mv.min(bound(fastest)).max(bound(slowest));
