@@ -84,7 +84,7 @@ impl MotorConstants {
     /// use firmware::{measure::MotorConstants, parameters::ModelSettings};
     ///
     /// let motor = MotorConstants::of(&ModelSettings::DEFAULT);
-    /// assert_eq!([283_411, i32::MIN].map(|rate| motor.back_emf_mv(rate)), [5729, -161_742]);
+    /// assert_eq!([283_411, i32::MIN].map(|rate| motor.back_emf_mv(rate)), [5729, -161_743]);
     /// ```
     pub const fn back_emf_mv(&self, rate_mdeg_s: i32) -> i32 {
         // Times 2^8 below 2^31.

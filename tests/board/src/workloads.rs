@@ -45,13 +45,12 @@ pub fn command(tick: u64) -> Vec<Frame> {
         2030..2040 => 0x07,
         _ => word,
     };
-    let mut frames = vec![mode(word, code), velocity(word, mdeg), control(word, mdeg)];
-    if matches!(code, 4 | 10) && tick.is_multiple_of(25) {
+    if matches!(code, 4 | 10) && tick % 25 == 13 {
         // 5/1000 of the rated torque per degree.
         let torque = (mdeg / 200) as i16;
-        frames.push(write(0x6071, 0, u32::from(torque as u16), 2));
+        return vec![write(0x6071, 0, u32::from(torque as u16), 2)];
     }
-    frames
+    vec![mode(word, code), velocity(word, mdeg), control(word, mdeg)]
 }
 
 /// Ticks of [`everything`].
