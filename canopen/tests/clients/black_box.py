@@ -229,8 +229,9 @@ class Drive(Bench):
         self.sdo.download(0x6060, 0, b"\x01")
         self.assertIsNotNone(self.refusal(self.sdo.download, 0x6060, 0, b"\x05"))
         self.assertEqual(self.sdo.upload(0x6060, 0), b"\x01")
-        # Each of the five changes acts in a control period of its own.
-        time.sleep(0.032)
+        # Each change acts in a control period of its own; twice their time, as the computer may be busy.
+        changes = bin(supported).count("1") + 1
+        time.sleep(2 * 0.004 * changes)
         self.assertEqual(self.sdo.upload(0x6061, 0), b"\x01")
 
     def test_set_points_are_acknowledged_buffered_and_changed_immediately(self):
