@@ -15,5 +15,7 @@ printf '\n-- The chain: invalid requests of a master, and every command in every
 "$python" "$clients/black_box.py" target/debug/actuator --elf "$boards/actuator-board" "$boards/comm-board"
 printf '\n-- The chain: no motion that was not commanded\n'
 "$python" "$clients/commanded_motion.py" target/debug/actuator --elf "$boards/actuator-board" "$boards/comm-board"
+printf '\n-- The chain: the sequence of the driver of ros2_canopen\n'
+"$python" "$clients/ros2.py" target/debug/actuator docs/smart-actuator.eds --elf "$boards/actuator-board" "$boards/comm-board"
 printf '\n-- The chain: the experiment of the paper\n'
 "$python" "$clients/experiment.py" target/debug/actuator docs/smart-actuator.eds "$boards/actuator-board" "$boards/comm-board"

@@ -4,6 +4,7 @@ use std::{io, process::ExitCode};
 
 use host_sim::{
     can::{client::ClientError, update::UpdateError},
+    dronecan_client::NodeError,
     error::Error as SimulatorError,
     file::{CheckError, WriteError},
     plot,
@@ -34,6 +35,9 @@ pub enum Error {
     /// A serial bus or a servo on it.
     #[error(transparent)]
     Servo(#[from] ServoError),
+    /// A DroneCAN node or its bus.
+    #[error(transparent)]
+    Node(#[from] NodeError),
     /// A bus cannot be served.
     #[error("cannot serve at {address}: {source}")]
     Serve {
@@ -92,7 +96,8 @@ impl Error {
             Self::Servo(
                 ServoError::Bus { .. } | ServoError::NoAnswer(_) | ServoError::NotReached { .. },
             ) => 1,
-            Self::Bus(_) | Self::Serve { .. } | Self::Studio(_) => 1,
+            Self::Node(NodeError::Value { .. } | NodeError::NoParameter(..)) => 2,
+            Self::Node(_) | Self::Bus(_) | Self::Serve { .. } | Self::Studio(_) => 1,
             Self::Simulator(SimulatorError::Read { .. } | SimulatorError::Write(_)) => 1,
             _ => 2,
         })
@@ -104,6 +109,7 @@ impl Error {
             Self::Bus(error) => error.is_refusal(),
             Self::Update(error) => error.is_refusal(),
             Self::Servo(error) => matches!(error, ServoError::Refused { .. }),
+            Self::Node(error) => matches!(error, NodeError::Kept { .. }),
             _ => false,
         }
     }

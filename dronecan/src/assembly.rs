@@ -1,7 +1,6 @@
 //! Transfers from their frames.
 
-use crate::data_types::received;
-use crate::{FrameId, Kind, crc::crc};
+use crate::{DataType, FrameId, Kind, crc::crc};
 
 /// Longest payload of a received message, its CRC included: fifteen commands of actuators.
 const MESSAGE: usize = 2 + 15 * 4;
@@ -127,15 +126,15 @@ impl Assembly {
         }
     }
 
-    /// Takes a frame; returns the transfer that it completes. Others than those of an actuator are
-    /// discarded.
+    /// Takes a frame of a transfer of this data type; returns the transfer that it completes.
     pub fn receive<'a>(
         &'a mut self,
         id: FrameId,
+        data_type: DataType,
         data: &'a [u8],
         now_us: u64,
     ) -> Option<Transfer<'a>> {
-        let signature = received(id.kind)?.signature;
+        let signature = data_type.signature;
         let (tail, data) = data.split_last()?;
         let tail = Tail::parse(*tail);
         let payload = if tail.is_start && tail.is_end {

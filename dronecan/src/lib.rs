@@ -44,3 +44,4 @@ pub use crc::crc;
 pub use data_types::*;
 pub use id::{FrameId, Kind};
 pub use node::{Node, Settings};
+pub use outbox::{Outbox, Outgoing};

@@ -5,7 +5,7 @@ use embedded_can::{ExtendedId, Frame, Id};
 use crate::FrameId;
 use crate::application::Application;
 use crate::assembly::Assembly;
-use crate::data_types::{ALLOCATION, ARRAY_COMMAND, DataType};
+use crate::data_types::{ALLOCATION, ARRAY_COMMAND, DataType, received};
 use crate::server::Server;
 
 /// Settings of a node.
@@ -67,7 +67,11 @@ impl Node {
         if is_for_others {
             return;
         }
-        if let Some(transfer) = self.assembly.receive(id, frame.data(), now_us) {
+        let Some(data_type) = received(id.kind) else {
+            return;
+        };
+        let transfer = self.assembly.receive(id, data_type, frame.data(), now_us);
+        if let Some(transfer) = transfer {
             self.server.receive(&transfer, now_us, app);
         }
     }

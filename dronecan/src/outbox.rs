@@ -14,10 +14,14 @@ const FRAMES: usize = 48;
 
 /// A transfer to be sent.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Outgoing<'a> {
+pub struct Outgoing<'a> {
+    /// Sender, kind and priority.
     pub id: FrameId,
+    /// Its number.
     pub transfer_id: u8,
+    /// Its data type.
     pub data_type: DataType,
+    /// Its payload.
     pub payload: &'a [u8],
 }
 
@@ -30,13 +34,21 @@ struct Waiting {
 
 /// A queue of frames.
 #[derive(Debug)]
-pub(crate) struct Outbox {
+pub struct Outbox {
     frames: [Waiting; FRAMES],
     first: usize,
     length: usize,
 }
 
+impl Default for Outbox {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl Outbox {
+    /// An empty queue.
+    #[must_use]
     pub const fn new() -> Self {
         let none = Waiting {
             id: embedded_can::ExtendedId::ZERO,
@@ -50,6 +62,8 @@ impl Outbox {
         }
     }
 
+    /// Whether no frame waits.
+    #[must_use]
     pub const fn is_empty(&self) -> bool {
         self.length == 0
     }

@@ -8,6 +8,8 @@ use dronecan::{
 };
 use embedded_can::{ExtendedId, Frame, Id};
 use proptest::prelude::*;
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::Rng;
 
 /// A frame.
 #[derive(Debug, Clone)]
@@ -248,4 +250,58 @@ fn the_filters_accept_what_the_node_answers_and_little_else() {
     ] {
         assert_eq!(is_accepted(kind, 10), accepted, "{kind:?}");
     }
+}
+
+/// Bytes of the seeded stream of frames, their identifiers included.
+const STREAM_BYTES: usize = 10_000_000;
+
+/// A frame with random contents: half of them of a data type that the node receives, but none that
+/// is a whole command, which only the CRC of the bus protects.
+fn random_frame(random: &mut Pcg64Mcg) -> Can {
+    const RECEIVED: [u32; 6] = [
+        0x03_F200, 0x00_0100, 0x01_AA80, 0x05_AA80, 0x0B_AA80, 0x30_2A80,
+    ];
+    let raw = match random.next_u32() as usize % (2 * RECEIVED.len()) {
+        kind if kind < RECEIVED.len() => RECEIVED[kind] | random.next_u32() & 0x1F00_0003,
+        _ => random.next_u32() >> 3,
+    };
+    let mut bytes = random.next_u64().to_le_bytes().to_vec();
+    bytes.truncate(random.next_u32() as usize % 9);
+    if let (0x03_F200, Some(tail)) = (raw & 0x00FF_FF80, bytes.last_mut()) {
+        *tail &= 0x7F;
+    }
+    Can(ExtendedId::new(raw).expect("29 bits"), bytes)
+}
+
+#[test]
+fn ten_million_random_and_mutated_bytes_command_nothing_but_what_whole_transfers_do() {
+    let mut random = Pcg64Mcg::new(0xd405_eca4);
+    let mut app = Recorder::default();
+    let mut node = node(&app);
+    let (mut fed, mut now_us, mut expected) = (0, 0, 0);
+    while fed < STREAM_BYTES {
+        let mut sent: Vec<_> = (0..8).map(|_| random_frame(&mut random)).collect();
+        let mut commands = [random.next_u64(), random.next_u64()].map(u64::to_le_bytes);
+        for kind in commands.as_flattened_mut().iter_mut().skip(1).step_by(4) {
+            *kind %= 5;
+        }
+        let mut transfer = frames(commands.as_flattened());
+        if random.next_u32().is_multiple_of(2) {
+            let place = random.next_u32() as usize % transfer.len();
+            transfer[place].1[0] ^= 1 << (random.next_u32() % 8);
+        } else {
+            expected += received(&transfer).len();
+        }
+        // The node 10 of the transfer sends nothing else meanwhile.
+        sent.retain(|frame| frame.0.as_raw() & 0x7F != 10);
+        for frame in sent.iter().chain(&transfer) {
+            now_us += 100;
+            node.receive(frame, now_us, &mut app);
+            fed += 4 + frame.1.len();
+        }
+        node.tick(now_us, &mut app);
+        while node.transmit::<Can>().is_some() {}
+    }
+    assert!(expected > 100_000, "{expected}");
+    assert_eq!(app.0.len(), expected);
 }

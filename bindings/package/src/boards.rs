@@ -18,15 +18,20 @@ use crate::{
     tools::{Tools, target},
 };
 
-const PROGRAMS: [&str; 2] = ["actuator-board", "comm-board"];
+/// The programs, each with the alias of cargo that builds it.
+const PROGRAMS: [(&str, &str); 3] = [
+    ("build-board", "actuator-board"),
+    ("build-h743", "actuator-board-h743"),
+    ("build-board", "comm-board"),
+];
 
-/// Builds both programs, with their CRC, and the bootloader.
+/// Builds the programs, with their CRC, and the bootloader.
 pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
     // The folder that the tests of the boards use.
     let folder = target().join("board");
     let key = env::var_os(KEY).map(PathBuf::from);
-    for name in PROGRAMS {
-        cross_build::build(BOARD_TARGET, &["build-board", "--bin", name], &folder)?;
+    for (alias, name) in PROGRAMS {
+        cross_build::build(BOARD_TARGET, &[alias, "--bin", name], &folder)?;
         let elf = folder.join(BOARD_TARGET).join("board").join(name);
         program_image::stamp(&elf)?;
         let place = out.join("boards").join(name);

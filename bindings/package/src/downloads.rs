@@ -44,7 +44,7 @@ const ROWS: [(&str, &str, &str); 11] = [
     ),
     (
         "boards/*",
-        "owners of a board: programs to flash, and signed images (.img) for updates over CAN",
+        "owners of a board: programs to flash, signed images (.img) for updates over CAN, and for the emulated chain the same programs as ELF",
         "actuator update actuator-board.img --bus can0",
     ),
     (

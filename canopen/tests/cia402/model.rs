@@ -9,7 +9,8 @@ use canopen::cia402::{
 use crate::Bench;
 
 const OPERATIONS: u32 = 100_000;
-const MODES: [Mode; 9] = [
+/// Every mode, and none.
+pub const MODES: [Mode; 9] = [
     Mode::None,
     Mode::ProfilePosition,
     Mode::ProfileVelocity,

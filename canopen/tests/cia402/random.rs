@@ -1,20 +1,11 @@
 use canopen::cia402::{Cia402State, Demand, Fault, Mode};
 use proptest::prelude::*;
 
+use crate::model::MODES;
 use crate::{Bench, ENABLE, NEW};
 
 fn mode() -> impl Strategy<Value = Mode> {
-    prop::sample::select(vec![
-        Mode::None,
-        Mode::ProfilePosition,
-        Mode::ProfileVelocity,
-        Mode::Homing,
-        Mode::InterpolatedPosition,
-        Mode::CyclicPosition,
-        Mode::CyclicVelocity,
-        Mode::ProfileTorque,
-        Mode::CyclicTorque,
-    ])
+    prop::sample::select(&MODES)
 }
 
 proptest! {

@@ -1,6 +1,8 @@
 //! Commands that serve a bus of actuators, or access one.
 
+mod boards;
 mod bus_load;
+mod dronecan;
 mod excite;
 mod faults;
 mod monitor;
@@ -35,7 +37,7 @@ pub use update::Update;
 
 use crate::error::Error;
 use host_sim::can::client::Client;
-use host_sim::servo_bus;
+use host_sim::{dronecan_client, servo_bus};
 
 /// The bus.
 #[derive(Debug, Args)]
@@ -43,7 +45,8 @@ pub(super) struct OnBus {
     /// HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), or a SocketCAN interface
     /// (can0); `scan`, `get`, `set`, `move`, `stop` and `record` take servos too: sts:/dev/ttyUSB0
     /// of Feetech, dxl:/dev/ttyUSB0@57600 of Robotis, at 1,000,000 bit/s unless another rate
-    /// follows
+    /// follows; `scan`, `get`, `set`, `monitor`, `move` and `stop` take DroneCAN nodes:
+    /// dronecan:can0
     #[arg(long, value_name = "BUS", default_value = "127.0.0.1:29536")]
     bus: String,
     /// Bit rate of the adapter, kbit/s
@@ -60,7 +63,18 @@ impl OnBus {
             let text = "servos have the commands scan, get, set, move, stop and record";
             return Err(Error::Conflict(text.into()));
         }
+        if dronecan_client::is_dronecan(&self.bus) {
+            let text = "DroneCAN has the commands scan, get, set, monitor, move and stop";
+            return Err(Error::Conflict(text.into()));
+        }
         Ok(Client::open(&self.bus, self.kbit_s, node)?)
+    }
+
+    /// The bus with DroneCAN, if it is one.
+    fn dronecan(&self) -> Result<Option<dronecan_client::Client>, Error> {
+        let is_one = dronecan_client::is_dronecan(&self.bus);
+        let client = is_one.then(|| dronecan_client::Client::open(&self.bus, self.kbit_s));
+        Ok(client.transpose()?)
     }
 
     /// The serial bus, if it is one.
@@ -92,6 +106,12 @@ impl AtNode {
         client
             .map(|client| servo::Servo::find(client, self.node))
             .transpose()
+    }
+
+    /// The node, if the bus has DroneCAN.
+    fn drone(&self) -> Result<Option<dronecan::Node>, Error> {
+        let client = self.bus.dronecan()?;
+        Ok(client.map(|client| dronecan::Node::new(client, self.node)))
     }
 
     fn json(&self) -> bool {

@@ -54,6 +54,9 @@ impl Monitor {
         let time = time.transpose()?;
         let stop = interrupt::stop()?;
         let is_over = |now| stop.load(Ordering::Relaxed) || time.is_some_and(|time| now >= time);
+        if let Some(mut node) = self.at.drone()? {
+            return node.monitor(is_over, self.at.json());
+        }
         let mut client = self.at.open()?;
         let mut screen = Screen::new(std::io::stdout().is_terminal());
         let mut next = Duration::ZERO;

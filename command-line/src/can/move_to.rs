@@ -6,6 +6,7 @@ use canopen::cia402::statusword;
 use clap::Args;
 use serde_json::json;
 
+use super::dronecan::Node;
 use super::servo::Servo;
 use super::{AtNode, print_json};
 use crate::error::Error;
@@ -55,6 +56,9 @@ impl Move {
         if let Some(mut servo) = self.at.servo()? {
             return self.turn(&mut servo, within);
         }
+        if let Some(mut node) = self.at.drone()? {
+            return self.command(&mut node, within);
+        }
         let mut client = self.at.open()?;
         let move_to = |client: &mut Client| self.arrive(client, target_mdeg, rate_mdeg_s, within);
         let angle_deg = match self.no_wait {
@@ -74,6 +78,29 @@ impl Move {
         print(&format!("{angle_deg} deg\n"))
     }
 
+    /// Commands a DroneCAN node until it is at the angle.
+    fn command(&self, node: &mut Node, within: Duration) -> Result<(), Error> {
+        if self.rate.is_some() || self.no_wait {
+            let text =
+                "--rate and --no-wait: a DroneCAN node is commanded until it is at the angle";
+            return Err(Error::Conflict(text.into()));
+        }
+        let angle_deg = node.turn_to(self.angle_deg, within);
+        if self.release || angle_deg.is_err() {
+            let released = node.release();
+            // The error of the move is more informative than that of the release.
+            released.or_else(|error| angle_deg.as_ref().map_or(Ok(()), |_| Err(error)))?;
+        }
+        self.print_angle(angle_deg?)
+    }
+
+    fn print_angle(&self, angle_deg: f64) -> Result<(), Error> {
+        if self.at.json() {
+            return print_json(&json!({ "angle_deg": angle_deg }));
+        }
+        print(&format!("{angle_deg:.3} deg\n"))
+    }
+
     /// Moves a servo.
     fn turn(&self, servo: &mut Servo, within: Duration) -> Result<(), Error> {
         if self.rate.is_some() {
@@ -88,10 +115,7 @@ impl Move {
         };
         let angle_deg = angle_deg?;
         released?;
-        if self.at.json() {
-            return print_json(&json!({ "angle_deg": angle_deg }));
-        }
-        print(&format!("{angle_deg:.3} deg\n"))
+        self.print_angle(angle_deg)
     }
 
     /// Moves to the angle, and returns the angle reached.

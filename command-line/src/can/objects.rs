@@ -39,6 +39,9 @@ impl Get {
         if let Some(mut servo) = self.at.servo()? {
             return servo.get(&self.objects, self.at.json());
         }
+        if let Some(mut node) = self.at.drone()? {
+            return node.get(&self.objects, self.at.json());
+        }
         let all = self.objects.is_empty();
         let rows: Vec<&Row> = if all {
             names::rows()
@@ -115,6 +118,9 @@ impl Set {
     pub fn run(&self) -> Result<(), Error> {
         if let Some(mut servo) = self.at.servo()? {
             return servo.set(&self.values, self.at.json());
+        }
+        if let Some(mut node) = self.at.drone()? {
+            return node.set(&self.values, self.at.json());
         }
         let writes = self.values.iter().map(|text| {
             let (object, value) = pair(text)?;

@@ -3,15 +3,18 @@
 use clap::Args;
 use serde_json::json;
 
-use super::{OnBus, print_json, servo};
+use super::{OnBus, dronecan, print_json, servo};
 use crate::error::Error;
 use crate::output::print_table;
 use host_sim::can::scan;
 use host_sim::table::{Cell, Table};
 
-/// Lists the CANopen devices, or servos, of a bus
+/// Lists the CANopen devices, DroneCAN nodes or servos of a bus
 #[derive(Debug, Args)]
 pub struct Scan {
+    /// Gives node-IDs to DroneCAN nodes that ask for one, on a bus without an allocator
+    #[arg(long)]
+    allocate: bool,
     #[command(flatten)]
     bus: OnBus,
 }
@@ -24,6 +27,13 @@ impl Scan {
     pub fn run(&self) -> Result<(), Error> {
         if let Some(mut servos) = self.bus.servos()? {
             return servo::scan(&mut servos, self.bus.json);
+        }
+        if let Some(mut client) = self.bus.dronecan()? {
+            return dronecan::scan(&mut client, self.allocate, self.bus.json);
+        }
+        if self.allocate {
+            let text = "--allocate concerns DroneCAN nodes: --bus dronecan:BUS";
+            return Err(Error::Conflict(text.into()));
         }
         let mut client = self.bus.open(1)?;
         let nodes = scan::answering(&mut client)?;

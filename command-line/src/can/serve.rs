@@ -12,6 +12,7 @@ use canopen::NodeId;
 use clap::Args;
 use model_core::plant::board::BoardPlantOptions;
 
+use super::boards::Boards;
 use super::servos::{Servos, read_faults};
 use crate::error::Error;
 use crate::interrupt;
@@ -33,7 +34,8 @@ use host_sim::can::server::{Notice, Server};
 ///
 /// With ELF files the programs run on emulated boards instead, and the server provides the serial
 /// line of the communication board, which has one client at a time: further ones are refused. With
-/// --boot-elf the boards start through the bootloader, and `actuator update` works on them.
+/// --boot-elf the boards start through the bootloader, and `actuator update` works on them. Several
+/// programs, and native actuators beside them, share the bus if --elf is repeated.
 ///
 /// With `--protocol dronecan` the actuators are DroneCAN nodes, which the network gives their
 /// node-IDs. With another protocol the server runs servos on a serial bus instead, for the
@@ -47,9 +49,9 @@ pub struct Serve {
     #[cfg(unix)]
     #[arg(long, conflicts_with = "listen")]
     pty: bool,
-    /// Number of actuators, with node-IDs from 1
-    #[arg(long, value_name = "NUMBER", default_value_t = 1, value_parser = clap::value_parser!(u8).range(1..=127))]
-    nodes: u8,
+    /// Number of actuators, with node-IDs from 1 [default: one, or one for each --elf]
+    #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u8).range(1..=127))]
+    nodes: Option<u8>,
     /// The actuators wait for a node-ID by LSS; their serial numbers start at 1
     #[arg(long, conflicts_with = "elf")]
     unconfigured: bool,
@@ -57,34 +59,14 @@ pub struct Serve {
     /// ideal]
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
-    /// Program of the emulated actuator boards
-    #[arg(long, value_name = "FILE", requires = "comm_elf")]
-    elf: Option<PathBuf>,
-    /// Bootloader of the emulated actuator boards, which starts the program
-    #[cfg(feature = "board")]
-    #[arg(long, value_name = "FILE", requires = "elf")]
-    boot_elf: Option<PathBuf>,
-    /// Private key that signs the program for the bootloader [default: the development key]
-    #[cfg(feature = "board")]
-    #[arg(long, value_name = "FILE", requires = "boot_elf")]
-    key: Option<PathBuf>,
-    /// Keeps the flash in this file from one start to the next; that of node 2 in FILE.2, and so on
-    #[cfg(feature = "board")]
-    #[arg(long, value_name = "FILE", requires = "boot_elf")]
-    flash: Option<PathBuf>,
-    /// Plan of faults of the first emulated actuator board
-    #[cfg(feature = "board")]
-    #[arg(long, value_name = "PLAN", requires = "elf")]
-    faults: Option<PathBuf>,
     /// Faults as they are written to this file or pipe, one a line; `-` for standard input
     ///
     /// The number of an actuator and `encoder-lost`, `encoder-back`, `jam`, `free`, `load NM`,
     /// `supply VOLTS`, `bus-off`, `bus-on`, `sdo-delay MS`, `mute` (no heartbeats) or `unmute`.
     #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "protocol"])]
     node_faults: Option<PathBuf>,
-    /// Program of the emulated communication board
-    #[arg(long, value_name = "FILE", requires = "elf")]
-    comm_elf: Option<PathBuf>,
+    #[command(flatten)]
+    boards: Boards,
     #[command(flatten)]
     servos: Servos,
     /// Also provides the bus with this number by UDP multicast, as the simulator of ArduPilot does
@@ -107,11 +89,11 @@ impl Serve {
     /// For an address that is not available.
     pub fn run(&self) -> Result<(), Error> {
         let stop = interrupt::stop()?;
-        self.check()?;
-        if let (Some(actuator), Some(comm)) = (&self.elf, &self.comm_elf) {
-            return self.emulate(actuator, comm, &stop);
+        let count = self.check()?;
+        if let Some(comm) = &self.boards.comm_elf {
+            return self.emulate(comm, count, &stop);
         }
-        if let Some(servos) = self.servos.serve(self.nodes)? {
+        if let Some(servos) = self.servos.serve(count)? {
             #[cfg(unix)]
             if self.pty {
                 let (terminal, address, _link) = self.open_linked()?;
@@ -121,7 +103,7 @@ impl Serve {
             let (listener, address) = self.listen()?;
             return servos.run(Some(listener), &address, &stop);
         }
-        let mut buffers = vec![vec![0; CAPTURE_VALUES]; usize::from(self.nodes)];
+        let mut buffers = vec![vec![0; CAPTURE_VALUES]; usize::from(count)];
         let nodes = (1..).zip(&mut buffers).map(|(number, buffer)| {
             if self.servos.is_dronecan() {
                 return NativeNode::with_dronecan(number, &self.plant_options(number), buffer);
@@ -145,7 +127,7 @@ impl Serve {
         if self.pty {
             let (terminal, address, _link) = self.open_linked()?;
             server.add("the terminal", Terminal(terminal));
-            self.ready(&address)?;
+            self.ready(&address, count)?;
             return run(&mut server, None, &stop, &address);
         }
         let (listener, address) = self.listen()?;
@@ -154,13 +136,13 @@ impl Serve {
             address: "the multicast group".into(),
             source,
         })?;
-        self.ready(&address)?;
+        self.ready(&address, count)?;
         run(&mut server, Some(listener), &stop, &address)
     }
 
-    /// Options that contradict each other.
-    fn check(&self) -> Result<(), Error> {
-        if self.servos.is_serial() && (self.elf.is_some() || self.seed.is_some()) {
+    /// The number of actuators, and no options that contradict each other.
+    fn check(&self) -> Result<u8, Error> {
+        if self.servos.is_serial() && (!self.boards.elf.is_empty() || self.seed.is_some()) {
             return Err(Error::Conflict(
                 "--elf and --seed concern actuators, and this protocol has servos".into(),
             ));
@@ -170,7 +152,7 @@ impl Serve {
                 "--multicast needs a CAN bus, and a server at --listen".into(),
             ));
         }
-        Ok(())
+        self.boards.count(self.nodes)
     }
 
     #[cfg(unix)]
@@ -204,18 +186,10 @@ impl Serve {
     }
 
     #[cfg(feature = "board")]
-    fn emulate(&self, actuator: &Path, comm: &Path, stop: &Arc<AtomicBool>) -> Result<(), Error> {
-        use crate::emulated::{self, BootOptions, Programs, TcpServer};
-        let boot = BootOptions {
-            elf: self.boot_elf.as_deref(),
-            key: self.key.as_deref(),
-            flash: self.flash.as_deref(),
-        };
-        let faults = self.faults.as_deref().map(crate::board::plan).transpose()?;
-        let has_dronecan = self.servos.is_dronecan();
-        let faults = faults.unwrap_or_default();
-        let programs = Programs::read(actuator, comm, &boot, faults, has_dronecan)?;
-        let plants: Vec<_> = (1..=self.nodes)
+    fn emulate(&self, comm: &Path, count: u8, stop: &Arc<AtomicBool>) -> Result<(), Error> {
+        use crate::emulated::{self, TcpServer};
+        let programs = self.boards.read(comm, self.servos.is_dronecan())?;
+        let plants: Vec<_> = (1..=count)
             .map(|number| self.plant_options(number))
             .collect();
         let (transport, address): Endpoint = match self.open_terminal()? {
@@ -225,7 +199,7 @@ impl Serve {
                 (Box::new(TcpServer::new(listener)), address)
             }
         };
-        let line = self.ready_line(&address);
+        let line = self.ready_line(&address, count, programs.kind(count));
         // The server also runs if nothing reads the line.
         let ready = move || drop(print(&line));
         emulated::serve(&programs, &plants, transport, Box::new(ready), stop).map_err(Error::Board)
@@ -246,7 +220,7 @@ impl Serve {
     }
 
     #[cfg(not(feature = "board"))]
-    fn emulate(&self, _: &Path, _: &Path, _: &Arc<AtomicBool>) -> Result<(), Error> {
+    fn emulate(&self, _: &Path, _: u8, _: &Arc<AtomicBool>) -> Result<(), Error> {
         Err(Error::Conflict(
             "this program was built without the emulator; one that has it is built by \
              `cargo emulate serve`"
@@ -269,27 +243,19 @@ impl Serve {
         Ok((listener, address.to_string()))
     }
 
-    fn ready(&self, address: &str) -> Result<(), Error> {
-        print(&self.ready_line(address))
+    fn ready(&self, address: &str, count: u8) -> Result<(), Error> {
+        print(&self.ready_line(address, count, ""))
     }
 
-    fn ready_line(&self, address: &str) -> String {
-        let ids = match (self.unconfigured, self.nodes) {
+    fn ready_line(&self, address: &str, count: u8, kind: &str) -> String {
+        let ids = match (self.unconfigured, count) {
             _ if self.servos.is_dronecan() => "with DroneCAN, actuator-IDs from 1".to_owned(),
             (true, _) => "without node-IDs".to_owned(),
             (_, 1) => "with node-ID 1".to_owned(),
             (_, most) => format!("with node-IDs 1 to {most}"),
         };
-        let what = if self.nodes == 1 {
-            "actuator"
-        } else {
-            "actuators"
-        };
-        let kind = if self.elf.is_some() { "emulated " } else { "" };
-        format!(
-            "ready: slcan at {address}, {} {kind}{what} {ids}\n",
-            self.nodes
-        )
+        let what = if count == 1 { "actuator" } else { "actuators" };
+        format!("ready: slcan at {address}, {count} {kind}{what} {ids}\n")
     }
 }
 

@@ -9,7 +9,8 @@ use host_sim::can::client::Client;
 
 /// Stops an actuator by a quick stop, after which its drive is off
 ///
-/// With --hold the drive halts and holds the shaft. Of a servo the torque is off without a stop.
+/// With --hold the drive halts and holds the shaft. Of a servo the torque is off without a stop. A
+/// DroneCAN node is always released.
 #[derive(Debug, Args)]
 pub struct Stop {
     /// Halts and holds the shaft
@@ -28,7 +29,10 @@ impl Stop {
         match self.at.servo()? {
             Some(mut servo) if self.hold => servo.halt()?,
             Some(mut servo) => servo.release()?,
-            None => self.stop(&mut self.at.open()?)?,
+            None => match self.at.drone()? {
+                Some(mut node) => node.release()?,
+                None => self.stop(&mut self.at.open()?)?,
+            },
         }
         match self.at.json() {
             true => print_json(&json!({ "stopped": true })),

@@ -80,7 +80,7 @@ impl Bootloader {
     }
 
     /// The file of the flash of a board; that of the first board has the name that was given.
-    pub fn file(&self, number: i32) -> Option<PathBuf> {
+    pub fn file(&self, number: u8) -> Option<PathBuf> {
         let file = self.file.clone()?;
         if number == 1 {
             return Some(file);
@@ -97,7 +97,7 @@ impl Bootloader {
     /// For a file that cannot be read, or is no flash.
     pub fn flash(
         &self,
-        number: i32,
+        number: u8,
         others: Vec<(u64, Vec<u8>)>,
     ) -> Result<Vec<(u64, Vec<u8>)>, String> {
         let kept = self.file(number).filter(|file| file.exists());

@@ -1,12 +1,15 @@
-//! Emulated actuator boards and the emulated communication board on one CAN bus, in real time.
+//! Emulated actuator boards, native actuators and the emulated communication board on one CAN bus,
+//! in real time.
 //!
 //! Each board runs its ELF in its own thread; the bus connects them. Clients use the serial
 //! line of the communication board, which has one client at a time.
 
 mod bootloader;
+mod line;
+mod native;
+mod programs;
 mod transport;
 
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::thread;
@@ -15,18 +18,17 @@ use firmware::drive::StoredParameters;
 use firmware::store::first_page;
 use model_core::plant::board::BoardPlantOptions;
 use virtual_board::board::ChipKind;
-use virtual_board::faults::Planned;
+use virtual_board::can::Port;
 use virtual_board::flash::{FlashTimes, Sector};
-use virtual_board::run::{
-    Attachments, BusConnection, CommOptions, CommView, Firmware, FirmwareError, Flow, Gaps,
-    Options, Reset, SerialScript, SharedBus, run_comm, run_with,
-};
+use virtual_board::run::{Attachments, BusConnection, Gaps, Options, Reset, SharedBus, run_with};
 
-use self::bootloader::{Bootloader, Keeper};
-use crate::bounded::{self, MOST_BUILD};
-use crate::error::Error;
+use self::bootloader::Keeper;
+use self::line::SerialLine;
+use self::native::NativeActuators;
+use self::programs::Program;
 
 pub use bootloader::BootOptions;
+pub use programs::{Programs, firmware};
 pub use transport::{TcpServer, Terminal, Transport};
 
 /// Address of the unique device identifier, the source of the serial number (RM0090, section 39.1;
@@ -38,67 +40,13 @@ const fn unique_id(chip: ChipKind) -> u64 {
     }
 }
 
-/// Time between two polls of the client, ns of virtual time.
-const POLL_NS: u64 = 500_000;
-
-/// Bytes in the receive buffer of the line; the operating system buffers more and blocks the
-/// client.
-const RECEIVE_BUFFER: usize = 256;
-
-/// Bytes in the send buffer of the client; further lines are lost.
-const SEND_BUFFER: usize = 1 << 16;
-
 /// End of an unlimited run: centuries.
 const FOR_EVER_NS: u64 = u64::MAX / 2;
 
-/// The programs of the boards.
-pub struct Programs {
-    actuator: Firmware,
-    boot: Option<Bootloader>,
-    faults: Vec<Planned>,
-    chip: ChipKind,
-    comm: Firmware,
-    has_dronecan: bool,
-}
+/// Bit rate of the bus of native actuators: that of new boards.
+const BIT_S: u32 = 1_000_000;
 
-impl Programs {
-    /// Reads the ELF files. The faults are those of the first board. The protocol of the boards is
-    /// CANopen or DroneCAN.
-    ///
-    /// # Errors
-    /// For a file that is not the program of its board.
-    pub fn read(
-        actuator: &Path,
-        comm: &Path,
-        boot: &BootOptions<'_>,
-        faults: Vec<Planned>,
-        has_dronecan: bool,
-    ) -> Result<Self, Error> {
-        let board = |error: FirmwareError| Error::Board(error.to_string());
-        let (program, comm) = (firmware(actuator)?, firmware(comm)?);
-        comm.check_comm_board().map_err(board)?;
-        let chip = program.actuator_chip().map_err(board)?;
-        Ok(Self {
-            boot: Bootloader::read(boot, actuator, chip)?,
-            actuator: program,
-            faults,
-            chip,
-            comm,
-            has_dronecan,
-        })
-    }
-}
-
-/// Reads the ELF file of a board's program.
-///
-/// # Errors
-/// For a file that cannot be read or is not an ELF file.
-pub fn firmware(path: &Path) -> Result<Firmware, Error> {
-    let bytes = bounded::read(path, MOST_BUILD)?;
-    Firmware::of(path, bytes).map_err(|error| Error::Board(error.to_string()))
-}
-
-/// Runs one board for each of these plants, with node-IDs and serial numbers from 1, and the
+/// Runs an actuator for each of these plants, with node-IDs and serial numbers from 1, and the
 /// communication board, until `stop` is set; calls `ready` once all have started.
 ///
 /// # Errors
@@ -110,27 +58,33 @@ pub fn serve(
     ready: Box<dyn FnOnce() + Send>,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
-    let bus = SharedBus::new(Vec::new(), plants.len() + 1).in_real_time();
+    let mut emulated = Vec::new();
+    let mut native = Vec::new();
+    for (number, plant) in (1..).zip(plants) {
+        match programs.of(number) {
+            Some(program) => emulated.push((number, program, plant)),
+            None => native.push((number, *plant)),
+        }
+    }
+    let ports = vec![Port::at_rate(BIT_S); native.len()];
+    let bus = SharedBus::new(ports, emulated.len() + 1).in_real_time();
+    let native = NativeActuators::new(bus.clone(), &native, programs.has_dronecan)?;
     let mut connections = bus.connections().into_iter();
     thread::scope(|scope| {
         let mut boards = Vec::new();
-        for (number, (plant, connection)) in (1..).zip(plants.iter().zip(&mut connections)) {
+        for ((number, program, plant), connection) in emulated.into_iter().zip(&mut connections) {
             let run = move || {
                 let _stop_on_end = StopOnDrop(stop);
-                run_actuator(programs, number, plant, connection, stop)
+                let options = options(programs, program, number, plant)?;
+                run_actuator(program, number, options, connection, stop)
             };
             boards.push(scope.spawn(run));
         }
         let connection = connections.next();
         let stop_on_end = StopOnDrop(stop);
-        let line = SerialLine {
-            transport,
-            unread: Vec::new(),
-            is_skipping: false,
-            ready: Some(ready),
-        };
+        let line = SerialLine::new(transport, native, ready);
         let mut done = connection.map_or(Ok(()), |connection| {
-            run_comm_board(&programs.comm, connection, line, stop)
+            line::run(&programs.comm, connection, line, stop)
         });
         drop(stop_on_end);
         for board in boards {
@@ -143,7 +97,7 @@ pub fn serve(
     })
 }
 
-/// Stops all runs when one connections: the chain needs every board.
+/// Stops all runs when one ends: the chain needs every board.
 struct StopOnDrop<'a>(&'a AtomicBool);
 
 impl Drop for StopOnDrop<'_> {
@@ -152,17 +106,16 @@ impl Drop for StopOnDrop<'_> {
     }
 }
 
-fn run_actuator(
+fn options(
     programs: &Programs,
-    number: i32,
+    program: &Program,
+    number: u8,
     plant: &BoardPlantOptions,
-    connection: BusConnection,
-    stop: &Arc<AtomicBool>,
-) -> Result<(), String> {
-    let contents = identity(programs, number);
-    let boot = programs.boot.as_ref();
-    let options = Options {
-        chip: programs.chip,
+) -> Result<Options, String> {
+    let contents = identity(program.chip, number, programs.has_dronecan);
+    let boot = program.boot.as_ref();
+    Ok(Options {
+        chip: program.chip,
         plant: *plant,
         ports_bit_s: Vec::new(),
         contents: match boot {
@@ -171,14 +124,21 @@ fn run_actuator(
         },
         // While the bootloader waits for an erase it executes the instructions of a minute.
         flash_times: boot.map_or(FlashTimes::TYPICAL, |_| FlashTimes::SHORT_ERASE),
-        faults: match number {
-            1 => programs.faults.clone(),
-            _ => Vec::new(),
-        },
+        faults: programs.faults(number),
         keeps_trace: false,
         until_ns: FOR_EVER_NS,
         ..Options::for_ms(0)
-    };
+    })
+}
+
+fn run_actuator(
+    program: &Program,
+    number: u8,
+    options: Options,
+    connection: BusConnection,
+    stop: &Arc<AtomicBool>,
+) -> Result<(), String> {
+    let boot = program.boot.as_ref();
     let file = boot.and_then(|boot| boot.file(number));
     let attachments = Attachments {
         // A board whose flash is kept ends by itself.
@@ -191,7 +151,7 @@ fn run_actuator(
         file,
         error: None,
     };
-    let program = boot.map_or(&programs.actuator, |boot| &boot.firmware);
+    let program = boot.map_or(&program.firmware, |boot| &boot.firmware);
     let finished =
         run_with(program, options, script, attachments).map_err(|error| error.to_string())?;
     report(
@@ -207,88 +167,16 @@ fn run_actuator(
 
 /// Memory contents that set the number of a board: stored parameters, in the first sector of bank 2
 /// of either chip, and device identifier.
-fn identity(programs: &Programs, number: i32) -> Vec<(u64, Vec<u8>)> {
+fn identity(chip: ChipKind, number: u8, has_dronecan: bool) -> Vec<(u64, Vec<u8>)> {
     let mut parameters = StoredParameters::DEFAULT;
-    parameters.board.bus.node_id = number;
-    if programs.has_dronecan {
-        parameters = parameters.with_dronecan(number as u8);
+    parameters.board.bus.node_id = number.into();
+    if has_dronecan {
+        parameters = parameters.with_dronecan(number);
     }
     let bytes = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let page = Sector::of_number(12).map(|sector| (sector.base, bytes(&first_page(&parameters))));
-    let id = (
-        unique_id(programs.chip),
-        bytes(&[number.cast_unsigned(), 0, 0]),
-    );
+    let id = (unique_id(chip), bytes(&[number.into(), 0, 0]));
     page.into_iter().chain([id]).collect()
-}
-
-fn run_comm_board(
-    program: &Firmware,
-    bus: BusConnection,
-    line: SerialLine,
-    stop: &Arc<AtomicBool>,
-) -> Result<(), String> {
-    let options = CommOptions {
-        bus,
-        poll_ns: POLL_NS,
-        until_ns: FOR_EVER_NS,
-        interrupt: Some(Arc::clone(stop)),
-    };
-    let finished = run_comm(program, options, line).map_err(|error| error.to_string())?;
-    report("communication board", &finished.resets, &finished.gaps);
-    Ok(())
-}
-
-/// The serial line and its client.
-struct SerialLine {
-    transport: Box<dyn Transport>,
-    unread: Vec<u8>,
-    is_skipping: bool,
-    /// Called when the boards have started.
-    ready: Option<Box<dyn FnOnce() + Send>>,
-}
-
-/// Time at which all boards have started, ns.
-const STARTED_NS: u64 = 50_000_000;
-
-impl SerialLine {
-    /// Buffers a byte for the client; if the client does not read, whole lines are lost.
-    fn buffer(&mut self, byte: u8) {
-        if self.is_skipping {
-            self.is_skipping = byte != b'\r';
-            return;
-        }
-        self.unread.push(byte);
-        if self.unread.len() > SEND_BUFFER {
-            let last_end = self.unread.iter().rposition(|byte| *byte == b'\r');
-            self.unread.truncate(last_end.map_or(0, |end| end + 1));
-            self.is_skipping = byte != b'\r';
-        }
-    }
-}
-
-impl SerialScript for SerialLine {
-    fn at_poll(&mut self, view: &mut CommView<'_>) -> Flow {
-        let now_ns = view.now_ns();
-        if now_ns >= STARTED_NS
-            && let Some(ready) = self.ready.take()
-        {
-            ready();
-        }
-        let Some(serial) = view.serial() else {
-            return Flow::End;
-        };
-        for (_, byte) in serial.take_received() {
-            self.buffer(byte);
-        }
-        self.transport.write(&mut self.unread);
-        let mut bytes = [0; RECEIVE_BUFFER];
-        if serial.queued() < RECEIVE_BUFFER {
-            let count = self.transport.read(&mut bytes);
-            serial.send(now_ns, bytes.get(..count).unwrap_or_default());
-        }
-        Flow::Continue
-    }
 }
 
 /// Reports unexpected resets and gaps of the emulation.

@@ -1,5 +1,6 @@
 //! `actuator board`: the ELF on the emulated board, through its standard input and output.
 
+use std::collections::BTreeSet;
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
@@ -138,19 +139,24 @@ struct Chain {
 
 impl Chain {
     fn new() -> Self {
-        Self::of(cross_build::board_elf())
-    }
-
-    /// With this program of the actuator boards.
-    fn of(program: &Path) -> Self {
-        Self::with(program, &[])
+        Self::with(cross_build::board_elf(), &[])
     }
 
     /// With these options besides.
     fn with(program: &Path, options: &[&str]) -> Self {
+        let what = "1 emulated actuator with node-ID 1";
+        Self::of_programs(&[program], options, what)
+    }
+
+    /// With a program of each actuator; the server reports that it has `what`.
+    fn of_programs(programs: &[&Path], options: &[&str], what: &str) -> Self {
         let mut process = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
-            .args(["serve", "--listen", "127.0.0.1:0", "--elf"])
-            .arg(program)
+            .args(["serve", "--listen", "127.0.0.1:0"])
+            .args(
+                programs
+                    .iter()
+                    .flat_map(|program| [Path::new("--elf"), *program]),
+            )
             .arg("--comm-elf")
             .arg(cross_build::comm_board_elf())
             .args(options)
@@ -162,8 +168,8 @@ impl Chain {
         let mut out = BufReader::new(process.stdout.as_mut().expect("piped"));
         out.read_line(&mut line).expect("a line");
         let rest = line.strip_prefix("ready: slcan at ").expect("it is ready");
-        let (address, what) = rest.split_once(", ").expect("an address");
-        assert_eq!(what, "1 emulated actuator with node-ID 1\n");
+        let (address, is) = rest.split_once(", ").expect("an address");
+        assert_eq!(is.trim_end(), what);
         Self {
             address: address.to_owned(),
             process,
@@ -197,23 +203,39 @@ fn exchange(client: &mut TcpStream, bytes: &[u8], line: &str) {
 }
 
 #[test]
-fn the_program_of_each_chip_runs_on_its_chip() {
-    for program in [cross_build::board_elf(), cross_build::board_h743_elf()] {
-        let chain = Chain::of(program);
-        let cli = Cli::new();
-        let command = |text: &str| cli.actuator(&format!("{text} --bus {}", chain.address));
-        command("move 20")
-            .timeout(Duration::from_secs(60))
-            .assert()
-            .success();
-        let output = command("get 6064").assert().success();
+fn programs_of_both_chips_and_native_actuators_share_a_bus() {
+    let programs = [
+        cross_build::board_elf(),
+        cross_build::board_h743_elf(),
+        Path::new("native"),
+    ];
+    let what = "4 emulated and native actuators with node-IDs 1 to 4";
+    let chain = Chain::of_programs(&programs, &["--nodes", "4"], what);
+    let cli = Cli::new();
+    let value = |command: &str| {
+        let command = format!("{command} --bus {}", chain.address);
+        let limit = Duration::from_secs(60);
+        let output = cli.actuator(&command).timeout(limit).assert().success();
         let text = String::from_utf8_lossy(&output.get_output().stdout).into_owned();
-        let mdeg: i32 = text
-            .split_whitespace()
-            .next()
-            .and_then(|word| word.parse().ok())
+        let word = text.split_whitespace().next().map(str::to_owned);
+        word.unwrap_or_default()
+    };
+    let serial_numbers: BTreeSet<_> = (1..=4)
+        .map(|node| value(&format!("get 1018:4 --node {node}")))
+        .collect();
+    assert_eq!(serial_numbers.len(), 4, "{serial_numbers:?}");
+    for node in 1..=4 {
+        value(&format!("move {} --node {node}", 5 * node));
+    }
+    // All hold their angles at once.
+    for node in 1..=4 {
+        let mdeg: i32 = value(&format!("get 6064 --node {node}"))
+            .parse()
             .expect("a number");
-        assert!((19_000..21_000).contains(&mdeg), "{text}");
+        assert!(
+            (mdeg - 5000 * node).abs() < 1000,
+            "node {node} is at {mdeg} mdeg"
+        );
     }
 }
 

@@ -133,6 +133,9 @@ fn a_chain_needs_both_programs_and_the_emulator() {
     let cli = Cli::new();
     cli.assert_error("serve --elf actuator-board", 2, "--comm-elf <FILE>");
     cli.assert_error("serve --comm-elf comm-board", 2, "--elf <FILE>");
+    let two = "serve --nodes 1 --elf a --elf native --comm-elf comm-board";
+    let message = "2 programs (--elf) for 1 actuators (--nodes)";
+    cli.assert_error(two, 2, message);
     let (status, missing) = if cfg!(feature = "board") {
         (1, "actuator-board: ")
     } else {

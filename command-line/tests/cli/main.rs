@@ -4,6 +4,7 @@ mod abuse;
 #[cfg(feature = "board")]
 mod board;
 mod bus;
+mod dronecan;
 mod errors;
 mod export;
 mod fmu;

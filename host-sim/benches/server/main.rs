@@ -1,5 +1,7 @@
 //! How long a client of the server waits for an object, alone and beside clients that send as much
-//! as they can.
+//! as they can; and the part of a core that as many actuators as a bus can have take.
+
+mod many;
 
 use std::{
     io::{Read as _, Write as _},
@@ -61,6 +63,7 @@ fn flood(address: SocketAddr, stop: &AtomicBool) {
 }
 
 fn main() {
+    many::print();
     let mut buffer = vec![0; CAPTURE_VALUES];
     let node = NativeNode::new(1, NodeId::new(1), &Default::default(), &mut buffer);
     let mut server = Server::new(Bus::new(vec![node.expect("a node")]));

@@ -37,7 +37,7 @@ impl<'a> Bus<'a> {
             queue: VecDeque::new(),
             faults: None,
         };
-        bus.collect();
+        bus.collect_all();
         bus
     }
 
@@ -71,7 +71,7 @@ impl<'a> Bus<'a> {
         for node in &mut self.nodes {
             node.step(now_us);
         }
-        self.collect();
+        self.collect_all();
         self.deliver(&mut monitor);
     }
 
@@ -85,23 +85,26 @@ impl<'a> Bus<'a> {
         skipped
     }
 
-    fn collect(&mut self) {
-        for (index, node) in self.nodes.iter_mut().enumerate() {
-            while let Some(frame) = node.transmit() {
-                self.queue.push_back((Port::Node(index), frame));
-            }
+    fn collect_all(&mut self) {
+        for index in 0..self.nodes.len() {
+            self.collect(index);
+        }
+    }
+
+    fn collect(&mut self, index: usize) {
+        while let Some(frame) = self.nodes[index].transmit() {
+            self.queue.push_back((Port::Node(index), frame));
         }
     }
 
     fn deliver(&mut self, monitor: &mut impl FnMut(Port, &CanFrame)) {
         while let Some((from, frame)) = self.queue.pop_front() {
             monitor(from, &frame);
-            for (index, node) in self.nodes.iter_mut().enumerate() {
-                if from != Port::Node(index) {
-                    node.receive(&frame);
+            for index in 0..self.nodes.len() {
+                if from != Port::Node(index) && self.nodes[index].receive(&frame) {
+                    self.collect(index);
                 }
             }
-            self.collect();
         }
     }
 }

@@ -6,6 +6,7 @@
 //!              └── SocketCAN ── real actuators
 //! ```
 
+mod acceptance;
 pub mod bus;
 pub mod bus_load;
 pub mod capture;

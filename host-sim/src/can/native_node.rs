@@ -17,6 +17,7 @@ use model_core::{
     plant::board::{BoardPlant, BoardPlantOptions, EncoderWire, SampledBoardPlant, Stuck},
 };
 
+use super::acceptance::Acceptance;
 use super::node_fault::{BusFaults, Change};
 
 /// Length of a control period, us.
@@ -75,6 +76,9 @@ pub struct NativeNode<'a> {
     next_us: u64,
     encoder_switch: Arc<AtomicBool>,
     faults: BusFaults,
+    acceptance: Acceptance,
+    /// Whether a frame or a control period may have changed what the node receives.
+    is_acceptance_old: bool,
 }
 
 impl<'a> NativeNode<'a> {
@@ -122,6 +126,8 @@ impl<'a> NativeNode<'a> {
         let mut actuator = Actuator::with_node_id(set, Start::default(), buffer, 0, node_id);
         actuator.device.drive.diagnostics.serial_number = serial_number;
         Ok(Self {
+            acceptance: Acceptance::of(&actuator.device),
+            is_acceptance_old: false,
             actuator,
             plant: SampledBoardPlant::new(BoardPlant::try_new(options)?, &mut |_, _| {}),
             saver: Saver::new(&loaded),
@@ -140,11 +146,23 @@ impl<'a> NativeNode<'a> {
         }
     }
 
-    /// Receives a frame, at the time of the node's last control period.
-    pub fn receive(&mut self, frame: &CanFrame) {
-        if !self.faults.is_off {
-            self.actuator.receive(frame, self.next_us - PERIOD_US);
+    /// Receives a frame, at the time of the node's last control period; returns whether the frame
+    /// concerns the node, which may then have frames to transmit.
+    pub fn receive(&mut self, frame: &CanFrame) -> bool {
+        if self.faults.is_off || !self.accepts(frame) {
+            return false;
         }
+        self.actuator.receive(frame, self.next_us - PERIOD_US);
+        self.is_acceptance_old = true;
+        true
+    }
+
+    fn accepts(&mut self, frame: &CanFrame) -> bool {
+        // The node itself ignores what an old filter accepts.
+        if !self.acceptance.accepts(frame) && std::mem::take(&mut self.is_acceptance_old) {
+            self.acceptance = Acceptance::of(&self.actuator.device);
+        }
+        self.acceptance.accepts(frame)
     }
 
     /// The next frame for the bus.
@@ -174,6 +192,7 @@ impl<'a> NativeNode<'a> {
             samples.bus = BusState::Off;
         }
         let outputs = self.actuator.step(&samples, self.next_us);
+        self.is_acceptance_old = true;
         self.next_us += PERIOD_US;
         self.plant.tick(bridge(outputs.bridge), &mut |_, _| {});
         // The virtual bus has no bit rate.

@@ -246,7 +246,7 @@ impl Client {
 }
 
 /// Whether a notice is due, which was last given at this time.
-fn is_due(last: &mut Option<Instant>) -> bool {
+pub fn is_due(last: &mut Option<Instant>) -> bool {
     let is_due = last.is_none_or(|last| last.elapsed() > NOTICE_PERIOD);
     if is_due {
         *last = Some(Instant::now());

@@ -19,7 +19,7 @@ use std::time::{Duration, Instant};
 use mio::{Events, Interest, Poll, Token, Waker};
 
 use super::bus::Bus;
-use client::{Client, INBOX_FRAMES};
+use client::{Client, INBOX_FRAMES, is_due};
 use nodes::{Inbox, Losses, Nodes, Outlet, Traffic};
 
 pub use client::Stream;
@@ -120,6 +120,7 @@ impl<'a> Server<'a> {
                 traffic,
                 losses: &losses,
                 nodes: thread.thread().clone(),
+                late: None,
                 notify,
             };
             for Permanent { name, stream } in permanent {
@@ -162,6 +163,8 @@ struct Clients<'s> {
     traffic: Receiver<Traffic>,
     losses: &'s Losses,
     nodes: Thread,
+    /// The last notice of skipped control periods.
+    late: Option<Instant>,
     notify: &'s mut dyn FnMut(&Notice),
 }
 
@@ -297,8 +300,9 @@ impl Clients<'_> {
                 .iter_mut()
                 .for_each(|client| client.has_lost(lost));
         }
-        let periods = self.losses.periods.swap(0, Relaxed);
-        if periods > 0 {
+        let is_late = self.losses.periods.load(Relaxed) > 0;
+        if is_late && is_due(&mut self.late) {
+            let periods = self.losses.periods.swap(0, Relaxed);
             (self.notify)(&Notice::Late { periods });
         }
         true

@@ -1,0 +1,75 @@
+//! `actuator serve --elf`: actuators whose boards are emulated.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::error::Error;
+
+/// Emulated boards in place of native actuators.
+#[derive(Debug, Args)]
+pub struct Boards {
+    /// Program of the emulated actuator boards; repeated, those of actuators 1, 2 and so on
+    ///
+    /// The last one is that of all further actuators. `native` in place of a file stands for an
+    /// actuator that is not emulated.
+    #[arg(long, value_name = "FILE", requires = "comm_elf")]
+    pub elf: Vec<PathBuf>,
+    /// Program of the emulated communication board
+    #[arg(long, value_name = "FILE", requires = "elf")]
+    pub comm_elf: Option<PathBuf>,
+    /// Bootloader of the emulated actuator boards, which starts the program
+    #[cfg(feature = "board")]
+    #[arg(long, value_name = "FILE", requires = "elf")]
+    boot_elf: Option<PathBuf>,
+    /// Private key that signs the program for the bootloader [default: the development key]
+    #[cfg(feature = "board")]
+    #[arg(long, value_name = "FILE", requires = "boot_elf")]
+    key: Option<PathBuf>,
+    /// Keeps the flash in this file from one start to the next; that of node 2 in FILE.2, and so on
+    #[cfg(feature = "board")]
+    #[arg(long, value_name = "FILE", requires = "boot_elf")]
+    flash: Option<PathBuf>,
+    /// Plan of faults of the first emulated actuator board
+    #[cfg(feature = "board")]
+    #[arg(long, value_name = "PLAN", requires = "elf")]
+    faults: Option<PathBuf>,
+}
+
+impl Boards {
+    /// The number of actuators, which is that of the programs unless this one is given.
+    ///
+    /// # Errors
+    /// For more programs than actuators.
+    pub fn count(&self, given: Option<u8>) -> Result<u8, Error> {
+        let programs = self.elf.len().max(1);
+        let count = given.map_or(programs, usize::from);
+        match u8::try_from(count) {
+            Ok(actuators) if programs <= count && actuators <= 127 => Ok(actuators),
+            _ => Err(Error::Conflict(format!(
+                "{programs} programs (--elf) for {} actuators (--nodes)",
+                count.min(127)
+            ))),
+        }
+    }
+
+    /// Reads the programs.
+    ///
+    /// # Errors
+    /// For a file that is not the program of its board, and for a plan that cannot be read.
+    #[cfg(feature = "board")]
+    pub fn read(
+        &self,
+        comm: &std::path::Path,
+        has_dronecan: bool,
+    ) -> Result<crate::emulated::Programs, Error> {
+        let boot = crate::emulated::BootOptions {
+            elf: self.boot_elf.as_deref(),
+            key: self.key.as_deref(),
+            flash: self.flash.as_deref(),
+        };
+        let faults = self.faults.as_deref().map(crate::board::plan).transpose()?;
+        let faults = faults.unwrap_or_default();
+        crate::emulated::Programs::read(&self.elf, comm, &boot, faults, has_dronecan)
+    }
+}
