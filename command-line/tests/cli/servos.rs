@@ -2,7 +2,7 @@
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::Cli;
 use crate::served::Served;
@@ -216,13 +216,16 @@ fn a_servo_is_halted_in_each_of_its_modes() {
             );
         }
         text("stop --hold");
-        std::thread::sleep(Duration::from_millis(1500));
-        let rate: f64 = text("get present_velocity")
-            .split_whitespace()
-            .next()
-            .and_then(|rate| rate.parse().ok())
-            .expect("a number");
-        assert!(rate.abs() < 3.0, "{model}, mode {mode}: {rate}");
+        let rate = || -> f64 {
+            let rate = text("get present_velocity");
+            let rate = rate.split_whitespace().next().map(str::parse);
+            rate.and_then(Result::ok).expect("a number")
+        };
+        // Each takes less than 1 s; a processor that others use delays the servo's time.
+        let end = Instant::now() + Duration::from_secs(20);
+        while (0..3).any(|_| rate().abs() >= 3.0) {
+            assert!(Instant::now() < end, "{model}, mode {mode}: {}", rate());
+        }
         assert!(text("get torque_enable").starts_with('1'));
     }
 }
