@@ -50,9 +50,9 @@ pub struct Board {
     /// End of the run, s of virtual time
     #[arg(long = "for", value_name = "SECONDS", default_value_t = 3600.0)]
     seconds: f64,
-    /// Noise, spread of friction and a crooked magnet, by this seed; ideal without it
-    #[arg(long, value_name = "NUMBER")]
-    seed: Option<u64>,
+    /// Noise, spread of friction and a crooked magnet are drawn from this seed
+    #[arg(long, value_name = "NUMBER", default_value_t = 0)]
+    seed: u64,
     /// Rate of the CAN port, bit/s
     #[arg(long, value_name = "RATE", default_value_t = 1_000_000, value_parser = clap::value_parser!(u32).range(10_000..=1_000_000))]
     bit_rate: u32,
@@ -94,9 +94,7 @@ impl Board {
         let chip = firmware.actuator_chip().map_err(|error| refusal(&error))?;
         let options = Options {
             chip,
-            plant: self
-                .seed
-                .map_or_else(BoardPlantOptions::default, BoardPlantOptions::realistic),
+            plant: BoardPlantOptions::realistic(self.seed),
             ports_bit_s: vec![self.bit_rate],
             faults: faults.unwrap_or_default(),
             keeps_trace: false,

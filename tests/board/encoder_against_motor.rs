@@ -1,8 +1,8 @@
 //! An encoder that does not show what the motor does: the shaft is held or stopped before it is 5
 //! deg off.
 
-use board_tests::frames::faults;
-use board_tests::master::{Master, driven};
+use board_tests::frames::{angles_cdeg, faults};
+use board_tests::master::{Master, driven, to_and_fro};
 use board_tests::program::run_script;
 use firmware::faults::Fault as Reported;
 use virtual_board::faults::{Fault, Planned};
@@ -131,4 +131,35 @@ fn the_shaft_is_never_5_deg_off_at_an_encoder_that_slips_drifts_or_freezes() {
         }
     }
     assert!(wrong.is_empty(), "{wrong:?}");
+}
+
+/// A byte whose last bit is stale has the wrong parity, or an alarm, or the angle that it would have
+/// had.
+#[test]
+fn a_late_clock_of_the_encoder_stops_the_shaft_and_gives_no_wrong_angle() {
+    let options = Options {
+        plant: BoardPlantOptions::realistic(3),
+        faults: vec![Planned::at_ms(FROM_MS, Fault::EncoderClockLate)],
+        ..Options::for_ms(UNTIL_MS)
+    };
+    let finished = run_script(options, Master::new(|tick| driven(tick, to_and_fro(tick))));
+    let (at_ns, number) = faults(&finished)[0];
+    let expected = [Reported::EncoderInvalid, Reported::MagnetLost];
+    let numbers = expected.map(Reported::number);
+    assert!(numbers.contains(&number.into()), "{number}");
+    let after_ms = at_ns / 1_000_000 - FROM_MS;
+    // It stays valid while the shaft is at rest: half of the counts have the stale bit.
+    assert!(after_ms < 1_100, "{after_ms} ms");
+    for (at_ns, cdeg) in angles_cdeg(&finished) {
+        let row = finished.trace.rows.iter().find(|row| row.at_ns >= at_ns);
+        let Some(row) = row.filter(|_| at_ns < FROM_MS * 1_000_000 + after_ms * 1_000_000) else {
+            break;
+        };
+        let off_deg = (row.angle_deg - f64::from(cdeg) / 100.0).abs();
+        assert!(off_deg < 5.0, "{off_deg} deg at {at_ns} ns");
+    }
+    let after = finished.trace.rows.iter().filter(|row| row.at_ns > at_ns);
+    let angles: Vec<_> = after.map(|row| row.angle_deg).collect();
+    let travel_deg = angles.iter().map(|deg| (deg - angles[0]).abs());
+    assert!(travel_deg.fold(0.0, f64::max) < 20.0, "{angles:?}");
 }

@@ -56,7 +56,7 @@ pub struct Serve {
     #[arg(long, conflicts_with = "elf")]
     unconfigured: bool,
     /// Seed of noise, friction and magnet misalignment, which differ between actuators [default:
-    /// ideal]
+    /// ideal; 0 with --comm-elf]
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
     /// Faults as they are written to this file or pipe, one a line; `-` for standard input
@@ -189,8 +189,9 @@ impl Serve {
     fn emulate(&self, comm: &Path, count: u8, stop: &Arc<AtomicBool>) -> Result<(), Error> {
         use crate::emulated::{self, TcpServer};
         let programs = self.boards.read(comm, self.servos.is_dronecan())?;
+        let seed = self.seed.unwrap_or(0);
         let plants: Vec<_> = (1..=count)
-            .map(|number| self.plant_options(number))
+            .map(|number| BoardPlantOptions::realistic(seed.wrapping_add(number.into())))
             .collect();
         let (transport, address): Endpoint = match self.open_terminal()? {
             Some((transport, address)) => (transport, address),

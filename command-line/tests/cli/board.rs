@@ -54,13 +54,17 @@ fn every_pwm_period_is_a_row_and_the_shaft_goes_to_the_target() {
         assert!((step_s - 1e-3).abs() < 1e-9, "{pair:?}");
     }
     let last = rows.last().expect("a row");
-    assert!((value(last, "angle_deg") - 12.5).abs() < 0.1, "{last:?}");
+    // The magnet is off its axis, and the shaft may rest anywhere in its friction.
+    assert!(
+        (value(last, "angle_meas_deg") - 12.5).abs() < 0.1,
+        "{last:?}"
+    );
+    assert!((value(last, "angle_deg") - 12.5).abs() < 0.6, "{last:?}");
     assert_eq!(value(last, "command_deg"), 12.5);
     assert!(is_enabled(last), "{last:?}");
-    assert_eq!(
-        ["supply_v", "fault"].map(|name| value(last, name)),
-        [6.0, 0.0]
-    );
+    assert_eq!(value(last, "fault"), 0.0);
+    // The ripple, and the resistance of the source at the current that holds the shaft.
+    assert!((value(last, "supply_v") - 6.0).abs() < 0.1, "{last:?}");
 }
 
 #[test]

@@ -422,19 +422,23 @@ impl Client {
     /// # Errors
     /// [`ClientError::State`] if it is not off after ten seconds.
     pub fn quick_stop(&mut self) -> Result<(), ClientError> {
-        self.control(controlword::ENABLE_VOLTAGE)?;
+        self.switch_off(controlword::ENABLE_VOLTAGE)
+    }
+
+    /// Disables the power stage, after the stop of 605Ch.
+    ///
+    /// # Errors
+    /// As [`Client::quick_stop`].
+    pub fn disable(&mut self) -> Result<(), ClientError> {
+        self.switch_off(0)
+    }
+
+    fn switch_off(&mut self, controlword: u16) -> Result<(), ClientError> {
+        self.control(controlword)?;
         let expected = "expected the drive to be off";
         let off = |status: u16| !matches!(status & 0x6F, 0x27 | 0x07);
         self.wait(STOPPED, expected, off)?;
         Ok(())
-    }
-
-    /// Disables the power stage.
-    ///
-    /// # Errors
-    /// [`ClientError::Object`].
-    pub fn disable(&mut self) -> Result<(), ClientError> {
-        self.control(0)
     }
 
     /// Commands a new set-point of profile position, which replaces the present one at once.

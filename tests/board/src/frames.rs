@@ -145,13 +145,18 @@ pub fn responses<S>(finished: &Finished<S>) -> Vec<[u8; 8]> {
 /// EMCY frames report the drive's faults with this value plus the fault's number as instance.
 const DRIVE_FAULTS: u8 = 0x80;
 
+/// The number of the fault of the drive that a frame reports as EMCY.
+pub fn fault(frame: &Frame) -> Option<u8> {
+    let [code, class, _, instance, ..] = frame.bytes();
+    let is_raised = frame.raw_id() == (0x081, false) && (code, class) != (0, 0);
+    instance.checked_sub(DRIVE_FAULTS).filter(|_| is_raised)
+}
+
 /// Faults of the drive as EMCY reports them: the ends of the frames, ns, and the fault's number.
 pub fn faults<S>(finished: &Finished<S>) -> Vec<(u64, u8)> {
-    let raised = |(at_ns, [code, class, _, instance, ..]): (u64, [u8; 8])| {
-        let number = instance.checked_sub(DRIVE_FAULTS)?;
-        ((code, class) != (0, 0)).then_some((at_ns, number))
-    };
-    with_id(finished, 0x081).filter_map(raised).collect()
+    let sent = sent(finished).into_iter();
+    sent.filter_map(|sent| Some((sent.at_ns, fault(&sent.frame)?)))
+        .collect()
 }
 
 /// Whether a statusword is that of OPERATION ENABLED (CiA 402, table 30).

@@ -6,6 +6,7 @@ use firmware::drive::StoredParameters;
 use firmware::native;
 use firmware::timing::COMMUNICATION_PERIODS;
 use model_core::time::PWM_PERIOD_NS;
+use virtual_board::faults::{Change, Injector, Planned};
 use virtual_board::plant::{
     BoardPlant, BoardPlantOptions, Bridge, Edge, SampledBoardPlant, Sensed,
 };
@@ -23,14 +24,18 @@ struct Row {
     sensed: Sensed,
     /// Angle of the shaft, deg.
     angle_deg: f64,
+    /// Rate of the shaft, deg/s.
+    rate_deg_s: f64,
 }
 
 impl Row {
     fn of(plant: &BoardPlant, Edge { bridge, sensed }: Edge) -> Self {
+        let output = plant.reading().output;
         Self {
             bridge,
             sensed,
-            angle_deg: plant.reading().output.angle_deg,
+            angle_deg: output.angle_deg,
+            rate_deg_s: output.rate_deg_s,
         }
     }
 
@@ -50,6 +55,7 @@ pub struct NativeBoard {
     rows: Vec<Row>,
     actuator: Actuator<'static>,
     tick: u64,
+    faults: Injector,
 }
 
 impl NativeBoard {
@@ -68,7 +74,22 @@ impl NativeBoard {
             rows,
             actuator: Actuator::new(StoredParameters::DEFAULT, Start::default(), &mut [], 0),
             tick: 0,
+            faults: Injector::default(),
         }
+    }
+
+    /// The same with faults of the plant, each from the next PWM edge on.
+    #[must_use]
+    pub fn with_faults(self, plan: Vec<Planned>) -> Self {
+        Self {
+            faults: Injector::new(plan),
+            ..self
+        }
+    }
+
+    /// Angles, deg, and rates, deg/s, of the shaft at each PWM edge.
+    pub fn motion(&self) -> impl Iterator<Item = (f64, f64)> {
+        self.rows.iter().map(|row| (row.angle_deg, row.rate_deg_s))
     }
 
     /// Runs a control period; these frames arrive before the first communication cycle.
@@ -78,10 +99,17 @@ impl NativeBoard {
         let [first, second] = COMMUNICATION_PERIODS;
         self.communicate(first, frames);
         self.communicate(second, &[]);
-        let rows = &mut self.rows;
+        let (rows, faults) = (&mut self.rows, &mut self.faults);
         self.plant
             .tick(native::bridge(outputs.bridge), &mut |plant, edge| {
                 rows.push(Row::of(plant, edge));
+                for change in faults.due(rows.len() as u64 * PWM_PERIOD_NS, 0) {
+                    let (fault, begins) = match &change {
+                        Change::Begin(fault) => (fault, true),
+                        Change::End(fault) => (fault, false),
+                    };
+                    fault.apply_to(&mut plant.defects, begins);
+                }
             });
         self.tick += 1;
     }

@@ -12,8 +12,12 @@ pub struct EncoderChip {
     pub word: SsiWord,
     /// Number of selections.
     pub reads: u64,
+    /// The feedback of the SPI's clock is late: the last bit of a frame is not captured, and keeps
+    /// the value of the frame before (ES0206, corrupted last bit of data and CRC in master mode).
+    pub is_clock_late: bool,
     latched: u32,
     clocked: u32,
+    last: u32,
 }
 
 impl Store for EncoderChip {}
@@ -26,6 +30,10 @@ impl Peer for EncoderChip {
             out = out << 1 | left.map_or(0, |left| self.latched >> left & 1);
             self.clocked += 1;
         }
+        if self.is_clock_late {
+            out = out & !1 | self.last & 1;
+        }
+        self.last = out;
         out
     }
 

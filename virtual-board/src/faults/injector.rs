@@ -11,19 +11,22 @@ struct ActiveFault {
 
 /// Start or end of a fault.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) enum Change {
+pub enum Change {
+    /// This fault starts.
     Begin(Fault),
+    /// This fault ends.
     End(Fault),
 }
 
 /// Fault plan of a run.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Injector {
+pub struct Injector {
     pending: Vec<Planned>,
     active: Vec<ActiveFault>,
 }
 
 impl Injector {
+    /// Before the start of the plan.
     pub fn new(plan: Vec<Planned>) -> Self {
         Self {
             pending: plan,

@@ -19,9 +19,10 @@
 mod file;
 mod injector;
 mod kind;
+mod plant;
 
 pub use file::{PlanError, parse_plan};
-pub(crate) use injector::{Change, Injector};
+pub use injector::{Change, Injector};
 pub use kind::{Fault, FilterBit, MagnetState, MemoryLocation};
 
 /// Start of a fault.

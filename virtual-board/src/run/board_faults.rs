@@ -1,6 +1,5 @@
 //! Applies faults to the run.
 
-use model_core::sensors::adc::AdcCode;
 use rand_pcg::{Pcg32, rand_core::Rng};
 use rigless::emulator::{Host, Stop};
 use rigless::session::Session;
@@ -58,40 +57,10 @@ pub(super) fn apply_due_at<S: Script>(
             Change::Begin(fault) => (fault, true),
             Change::End(fault) => (fault, false),
         };
-        if !apply_to_plant(run, fault, begins) {
+        if !fault.apply_to(&mut run.plant.defects, begins) {
             apply_to_board(run, session, (at, instructions), host, (fault, begins));
         }
     }
-}
-
-/// Applies a fault of the plant; returns whether it is one.
-fn apply_to_plant<S>(run: &mut Lockstep<S>, fault: &Fault, begins: bool) -> bool {
-    let defects = &mut run.plant.defects;
-    let number = |value: f64| if begins { value } else { 0.0 };
-    match *fault {
-        Fault::EncoderWire { line, stuck } => {
-            defects.encoder_wire = begins.then_some((line, stuck));
-        }
-        Fault::EncoderBits { mask } => defects.encoder_flipped = if begins { mask } else { 0 },
-        Fault::Magnet { state } => defects.magnet = begins.then_some(state.into()),
-        Fault::EncoderFrozen => defects.is_encoder_frozen = begins,
-        Fault::MagnetSlips { deg } => defects.magnet_slip_deg = number(deg),
-        Fault::EncoderScale { percent } => defects.encoder_loss_pct = number(-percent),
-        Fault::EncoderPlay { deg } => defects.encoder_play_deg = number(deg),
-        Fault::CurrentGain { percent } => defects.current_loss_pct = number(-percent),
-        Fault::MotorShort { ohm } => defects.motor_short_ohm = begins.then_some(ohm),
-        Fault::MotorOpen => defects.is_motor_open = begins,
-        Fault::Jam => defects.is_jammed = begins,
-        Fault::Torque { nm } => defects.torque_nm = number(nm),
-        Fault::Supply { volts } => defects.source_v = begins.then_some(volts),
-        Fault::Source { ohm } => defects.source_ohm = begins.then_some(ohm),
-        Fault::Temperature { deg_c } => defects.temperature_deg_c = begins.then_some(deg_c),
-        Fault::CurrentSense { code } => {
-            defects.stuck_current = begins.then_some(AdcCode::new(code));
-        }
-        _ => return false,
-    }
-    true
 }
 
 fn apply_to_board<S: Script>(
@@ -103,6 +72,11 @@ fn apply_to_board<S: Script>(
 ) {
     let chip = &mut session.board_mut().chip;
     match fault {
+        Fault::EncoderClockLate => {
+            if let Some(encoder) = chip.encoder() {
+                encoder.is_clock_late = begins;
+            }
+        }
         Fault::BridgeTrip => run.board_faults.trips = begins,
         Fault::PowerLoss => run.board_faults.has_lost_power = begins,
         Fault::StallCore => run.board_faults.stalls = begins,

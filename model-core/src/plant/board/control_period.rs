@@ -37,7 +37,7 @@ pub struct SampledBoardPlant {
 
 impl SampledBoardPlant {
     /// After power-on: one PWM period passes before the first control period.
-    pub fn new(plant: BoardPlant, see: &mut impl FnMut(&BoardPlant, Edge)) -> Self {
+    pub fn new(plant: BoardPlant, see: &mut impl FnMut(&mut BoardPlant, Edge)) -> Self {
         let sensed = plant.sensed();
         let mut ticked = Self {
             plant,
@@ -63,13 +63,13 @@ impl SampledBoardPlant {
     /// use model_core::plant::board::{Bridge, BoardPlant, BoardPlantOptions, SampledBoardPlant};
     ///
     /// let mut edges = 0;
-    /// let mut see = |_: &BoardPlant, _| edges += 1;
+    /// let mut see = |_: &mut BoardPlant, _| edges += 1;
     /// let plant = BoardPlant::try_new(&BoardPlantOptions::default()).unwrap();
     /// let mut ticked = SampledBoardPlant::new(plant, &mut see);
     /// ticked.tick(Bridge::driven(28_000), &mut see);
     /// assert_eq!(edges, 5);
     /// ```
-    pub fn tick(&mut self, decided: Bridge, see: &mut impl FnMut(&BoardPlant, Edge)) {
+    pub fn tick(&mut self, decided: Bridge, see: &mut impl FnMut(&mut BoardPlant, Edge)) {
         self.sampled.converted = None;
         self.period(false, see);
         // The compare values are preloaded: they take effect at the next edge.
@@ -80,7 +80,7 @@ impl SampledBoardPlant {
     }
 
     /// A PWM period; in the last of a control period the coast window opens and the converter runs.
-    fn period(&mut self, has_window: bool, see: &mut impl FnMut(&BoardPlant, Edge)) {
+    fn period(&mut self, has_window: bool, see: &mut impl FnMut(&mut BoardPlant, Edge)) {
         let current = self.bridge.current_instant();
         let mut bridge = self.bridge;
         for slot in Slot::ALL {
@@ -94,6 +94,6 @@ impl SampledBoardPlant {
         if has_window {
             self.sampled.converted = Some(sensed);
         }
-        see(&self.plant, Edge { bridge, sensed });
+        see(&mut self.plant, Edge { bridge, sensed });
     }
 }

@@ -37,7 +37,7 @@ pub use slot::Slot;
 pub use supply::SupplyParameters;
 
 use self::bridge::{Connection, Switched};
-use self::encoder::EncoderOutput;
+use self::encoder::{ENCODER_DELAY_S, EncoderOutput};
 use self::heat::Heat;
 use self::legs::LegVoltages;
 use self::sensed::FrontEnds;
@@ -265,8 +265,9 @@ impl BoardPlant {
     }
 
     fn sample_encoder(&mut self) {
-        let angle_deg = self.drivetrain.reading().output.angle_deg;
-        self.sensed.encoder = self.encoder.word(angle_deg, &self.defects);
+        let shaft = self.drivetrain.reading().output;
+        let seen_deg = shaft.angle_deg - shaft.rate_deg_s * ENCODER_DELAY_S;
+        self.sensed.encoder = self.encoder.word(seen_deg, &self.defects);
     }
 
     /// The last samples: what a transfer from the encoder and the conversions read until the next.
