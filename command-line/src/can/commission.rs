@@ -67,10 +67,10 @@ impl Commission {
             [low, high] => (mdeg("--range", low)?, mdeg("--range", high)?),
             _ => (0, 0),
         };
-        // A run needs room for its settling.
-        if i64::from(high) - i64::from(low) < 10_000 {
+        // A pulse needs 15 deg on both sides, and a run room for its settling.
+        if i64::from(high) - i64::from(low) < 40_000 {
             let text = format!(
-                "--range is {low} to {high} mdeg, expected at least 10 deg from MIN up to MAX"
+                "--range is {low} to {high} mdeg, expected at least 40 deg from MIN up to MAX"
             );
             return Err(Error::Conflict(text));
         }

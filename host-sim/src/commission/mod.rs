@@ -58,6 +58,10 @@ pub struct Limits {
 /// # Errors
 /// [`CommissionError`].
 pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionError> {
+    client.quick_stop()?;
+    wiring::check_room(client, limits)?;
+    // So far above the rate of the runs that the limit does not act on them.
+    client.write("6080", &(limits.rate_mdeg_s / 4 * 5).to_string())?;
     wiring::check(client, limits)?;
     let findings = runs::measure(client, limits)?;
     client.quick_stop()?;

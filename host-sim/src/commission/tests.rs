@@ -16,6 +16,15 @@ use crate::can::native_node::{CAPTURE_VALUES, NativeNode};
 /// A bus of one node whose time goes on while the client waits.
 struct Bench(NativeNode<'static>);
 
+impl Bench {
+    /// A control period, in which the shaft is within the range.
+    fn step(&mut self) {
+        self.0.step(self.0.next_us());
+        let angle_deg = self.0.angle_deg();
+        assert!(angle_deg.abs() < 45.0, "{angle_deg} deg");
+    }
+}
+
 impl Link for Bench {
     fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
         self.0.receive(frame);
@@ -31,14 +40,14 @@ impl Link for Bench {
             if self.0.next_us() > end {
                 return Ok(None);
             }
-            self.0.step(self.0.next_us());
+            self.step();
         }
     }
 
     fn pause(&mut self, time: Duration) -> io::Result<()> {
         let end = self.0.next_us() + time.as_micros() as u64;
         while self.0.next_us() < end {
-            self.0.step(self.0.next_us());
+            self.step();
             while self.0.transmit().is_some() {}
         }
         Ok(())

@@ -89,6 +89,23 @@ pub fn judge(pulse: &Pulse) -> Result<bool, String> {
     Ok(turns)
 }
 
+/// Distance from the ends of the range within which a pulse ends and the shaft comes to rest, mdeg.
+const ROOM_MDEG: i32 = 15_000;
+
+/// Refuses a shaft from which a pulse could leave the range.
+pub fn check_room(client: &mut Client, limits: &Limits) -> Result<(), CommissionError> {
+    let (low, high) = limits.range_mdeg;
+    let (low, high) = (low + ROOM_MDEG, high - ROOM_MDEG);
+    let present = client.integer("6064")?;
+    if (i64::from(low)..=i64::from(high)).contains(&present) {
+        return Ok(());
+    }
+    let why = format!(
+        "the shaft is at {present} mdeg, expected {low} to {high} mdeg: 15 deg within the range"
+    );
+    refuse(STEP, why)
+}
+
 /// Pulses of growing torque in both directions, until the shaft moves.
 pub fn check(client: &mut Client, limits: &Limits) -> Result<(), CommissionError> {
     for sign in [1, -1] {
@@ -158,18 +175,17 @@ fn pulse(client: &mut Client, permille: i32) -> Result<Pulse, CommissionError> {
     }
 }
 
-/// The largest values of the records while the duty has the sign of the pulse.
+/// The largest values of a recording: of the currents and voltages while the duty has the sign of
+/// the pulse, of the angle also while the shaft moves on.
 fn of_records(records: &[Vec<i32>], sign: i32) -> Pulse {
     let begin = records.first().map_or(0, |record| record[0]);
-    let driven = records.iter().filter(|record| record[3] * sign > 0);
-    let driven: Vec<_> = driven.collect();
-    let largest = |value: &dyn Fn(&[i32]) -> i32| {
-        let values = driven.iter().map(|record| value(record) * sign);
-        f64::from(values.max_by_key(|value| value.abs()).unwrap_or(0))
+    let largest = |values: &mut dyn Iterator<Item = i32>| {
+        f64::from(values.max_by_key(|value| value.abs()).unwrap_or(0) * sign)
     };
+    let driven = || records.iter().filter(|record| record[3] * sign > 0);
     Pulse {
-        travel_mdeg: largest(&|record| record[0] - begin),
-        current_ma: largest(&|record| record[1]),
-        back_emf_mv: largest(&|record| record[2]),
+        travel_mdeg: largest(&mut records.iter().map(|record| record[0] - begin)),
+        current_ma: largest(&mut driven().map(|record| record[1])),
+        back_emf_mv: largest(&mut driven().map(|record| record[2])),
     }
 }

@@ -6,7 +6,7 @@ use crate::can::client::{Client, ClientError};
 use crate::can::sdo::SdoError;
 
 /// The objects that the motion changes.
-const CHANGED: [&str; 3] = ["6060", "6081", "2030:5"];
+const CHANGED: [&str; 4] = ["6060", "6080", "6081", "2030:5"];
 
 /// The values of the objects that a commissioning changes for its motion.
 pub struct Kept {
