@@ -29,7 +29,7 @@ pub struct Commission {
     #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=200))]
     current: u16,
     /// Highest rate, deg/s
-    #[arg(long, value_name = "DEG_S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(8..=2000))]
+    #[arg(long, value_name = "DEG_S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(40..=2000))]
     rate: u16,
     /// Writes and saves nothing
     #[arg(long)]
@@ -68,9 +68,11 @@ impl Commission {
             _ => (0, 0),
         };
         // A pulse needs 15 deg on both sides, and a run room for its settling.
-        if i64::from(high) - i64::from(low) < 40_000 {
+        // Two turns are reached in the time of a run.
+        let width = i64::from(high) - i64::from(low);
+        if !(40_000..=720_000).contains(&width) {
             let text = format!(
-                "--range is {low} to {high} mdeg, expected at least 40 deg from MIN up to MAX"
+                "--range is {low} to {high} mdeg, expected 40 to 720 deg from MIN up to MAX"
             );
             return Err(Error::Conflict(text));
         }

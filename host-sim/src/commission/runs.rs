@@ -22,8 +22,11 @@ const SETTLING: usize = 60;
 /// Least records of a run.
 const LEAST_RECORDS: usize = 20;
 
+/// Largest span of the runs to both sides: it limits their time, mdeg.
+const HALF_SPAN_MDEG: i32 = 45_000;
+
 /// Longest run.
-const LONGEST: Duration = Duration::from_secs(10);
+const LONGEST: Duration = Duration::from_secs(20);
 
 /// Largest error of the encoder once a turn, of a magnet within the alignment tolerance of the
 /// AS5045, deg.
@@ -51,8 +54,11 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
     let (low, high) = limits.range_mdeg;
     client.quick_stop()?;
     write_range(client, (low.into(), high.into()))?;
-    let margin = (high - low) / 20;
-    let ends = (low + margin, high - margin);
+    let (centre, half) = (
+        low.midpoint(high),
+        ((high - low) / 20 * 9).min(HALF_SPAN_MDEG),
+    );
+    let ends = (centre - half, centre + half);
     client.enable(1)?;
     client.write("6081", &limits.rate_mdeg_s.to_string())?;
     arrive(client, ends.0)?;
@@ -76,7 +82,7 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
             runs.push(run);
         }
     }
-    arrive(client, low.midpoint(high))?;
+    arrive(client, centre)?;
     let ratio = match client.get(names::find("2011:3").map_err(ClientError::from)?)? {
         Value::Real(ratio) => f64::from(ratio),
         _ => return refuse(STEP, "2011h:3 is not a real number"),
