@@ -72,6 +72,9 @@ pub enum Error {
     /// Fits of these models are not those of an optimum.
     #[error("the search has not converged: the values of {} are not those of an optimum", .0.join(", "))]
     NotConverged(Vec<String>),
+    /// A step of a commissioning refuses.
+    #[error("{0}")]
+    Refused(String),
     /// Options exclude each other, or a request cannot be met.
     #[error("{0}")]
     Conflict(String),
@@ -86,7 +89,7 @@ impl Error {
         note!("error: {self}");
         ExitCode::from(match self {
             refusal if refusal.is_refusal() => 3,
-            Self::NotConverged(_) => 3,
+            Self::NotConverged(_) | Self::Refused(_) => 3,
             Self::Update(UpdateError::Hardware { .. }) => 2,
             Self::Update(_) => 1,
             Self::Bus(ClientError::Interrupted) => INTERRUPTED,

@@ -65,6 +65,7 @@ enum Command {
     Board(board::Board),
     #[command(name = "busload")]
     BusLoad(can::BusLoad),
+    Commission(can::Commission),
     Compare(compare::Compare),
     Completions(completions::Completions),
     Demo(studio::Demo),
@@ -131,6 +132,7 @@ impl Arguments {
             #[cfg(feature = "board")]
             Command::Board(board) => board.run(),
             Command::BusLoad(bus_load) => bus_load.run(),
+            Command::Commission(commission) => commission.run(),
             Command::Compare(compare) => compare.run(),
             Command::Completions(completions) => completions.run(),
             Command::Demo(demo) => demo.run(),

@@ -3,6 +3,7 @@
 
 pub mod analysis;
 pub mod can;
+pub mod commission;
 pub mod dronecan_client;
 pub mod error;
 pub mod file;

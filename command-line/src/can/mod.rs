@@ -2,6 +2,7 @@
 
 mod boards;
 mod bus_load;
+mod commission;
 mod dronecan;
 mod excite;
 mod faults;
@@ -24,6 +25,7 @@ use canopen::slcan::KBIT_S;
 use clap::Args;
 
 pub use bus_load::BusLoad;
+pub use commission::Commission;
 pub use excite::Excite;
 pub use faults::Faults;
 pub use monitor::Monitor;

@@ -83,3 +83,28 @@ fn a_move_that_takes_too_long_is_halted() {
     );
     assert!(!moves(&served));
 }
+
+#[test]
+fn an_interrupted_commissioning_stops_the_shaft_and_restores_the_objects() {
+    let served = Served::new(&[]);
+    let objects = [
+        "get 607D:1",
+        "get 607D:2",
+        "get 6080",
+        "get 6081",
+        "get 2011:2",
+    ];
+    let before = objects.map(|object| served.text(object));
+    let mut program = spawn(&served, "commission --range -45 45");
+    // It is in its runs, with all objects changed.
+    let limit = || served.text("get 607D:2");
+    while limit() == before[1] {
+        assert!(program.try_wait().expect("a state").is_none());
+    }
+    let pid = program.id().to_string();
+    let killed = Command::new("kill").args(["-s", "TERM", &pid]).status();
+    assert!(killed.expect("kill").success());
+    assert_eq!(program.wait().expect("it ends").code(), Some(130));
+    assert!(!moves(&served));
+    assert_eq!(objects.map(|object| served.text(object)), before);
+}

@@ -14,7 +14,7 @@ use firmware::{
 };
 use model_core::{
     parameter::ParameterError,
-    plant::board::{BoardPlant, BoardPlantOptions, EncoderWire, SampledBoardPlant, Stuck},
+    plant::board::{BoardPlant, BoardPlantOptions, Defects, EncoderWire, SampledBoardPlant, Stuck},
 };
 
 use super::acceptance::Acceptance;
@@ -204,6 +204,11 @@ impl<'a> NativeNode<'a> {
     /// Begins or ends a fault.
     pub fn apply(&mut self, change: Change) {
         self.faults.apply(change, &mut self.plant.plant.defects);
+    }
+
+    /// The defects of the plant.
+    pub fn defects(&mut self) -> &mut Defects {
+        &mut self.plant.plant.defects
     }
 
     /// The time of the next control period, us.

@@ -1,0 +1,161 @@
+//! Benches with secret parameters, in the time of the simulation.
+
+use std::io;
+use std::time::Duration;
+
+use canopen::{CanFrame, NodeId};
+use model_core::plant::board::{BoardPlantOptions, Defects};
+use model_core::sensors::noise::Noise;
+
+use super::{CommissionError, Estimate, Kept, Limits, measure, write};
+use crate::can::client::Client;
+use crate::can::link::Link;
+use crate::can::names;
+use crate::can::native_node::{CAPTURE_VALUES, NativeNode};
+
+/// A bus of one node whose time goes on while the client waits.
+struct Bench(NativeNode<'static>);
+
+impl Bench {
+    /// A control period, in which the shaft is within the range.
+    fn step(&mut self) {
+        self.0.step(self.0.next_us());
+        let angle_deg = self.0.angle_deg();
+        assert!(angle_deg.abs() < 45.0, "{angle_deg} deg");
+    }
+}
+
+impl Link for Bench {
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+        self.0.receive(frame);
+        Ok(())
+    }
+
+    fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
+        let end = self.0.next_us() + timeout.as_micros() as u64;
+        loop {
+            if let Some(frame) = self.0.transmit() {
+                return Ok(Some(frame));
+            }
+            if self.0.next_us() > end {
+                return Ok(None);
+            }
+            self.step();
+        }
+    }
+
+    fn pause(&mut self, time: Duration) -> io::Result<()> {
+        let end = self.0.next_us() + time.as_micros() as u64;
+        while self.0.next_us() < end {
+            self.step();
+            while self.0.transmit().is_some() {}
+        }
+        Ok(())
+    }
+}
+
+const LIMITS: Limits = Limits {
+    range_mdeg: (-45_000, 45_000),
+    permille: 1000,
+    rate_mdeg_s: 120_000,
+};
+
+fn client(options: &BoardPlantOptions, defects: Defects) -> Client {
+    let buffer = Box::leak(Box::new([0; CAPTURE_VALUES]));
+    let mut node = NativeNode::new(1, NodeId::new(1), options, buffer).expect("a plant");
+    *node.defects() = defects;
+    let mut bench = Bench(node);
+    // The start of the node.
+    bench.pause(Duration::from_millis(100)).expect("no input");
+    Client::new(Box::new(bench), 1)
+}
+
+/// A small servo: torque constant, resistance and friction within a third of the bench's.
+fn secret(seed: u64) -> BoardPlantOptions {
+    let mut options = BoardPlantOptions::realistic(seed);
+    let mut chance = Noise::new(seed, 41);
+    let mut spread = || 1.0 + chance.gaussian(0.15).clamp(-0.33, 0.33);
+    options.drivetrain.electrical.torque_constant_nm_a *= spread();
+    options.drivetrain.electrical.winding_resistance_ohm *= spread();
+    options
+}
+
+fn torque_constant(options: &BoardPlantOptions) -> f64 {
+    options.drivetrain.electrical.torque_constant_nm_a
+}
+
+#[test]
+fn the_torque_constant_of_twenty_benches_is_within_three_standard_errors() {
+    for seed in 0..20 {
+        let options = secret(seed);
+        let found = measure(&mut client(&options, Defects::default()), &LIMITS);
+        let found = found.unwrap_or_else(|error| panic!("bench {seed}: {error}"));
+        let Estimate {
+            value,
+            standard_error,
+        } = found.torque_constant_nm_a;
+        let (truth, most) = (torque_constant(&options), 0.02 * value);
+        assert!(standard_error < most, "bench {seed}: {standard_error}");
+        let error = (value - truth).abs();
+        assert!(
+            error < 3.0 * standard_error,
+            "bench {seed}: {value}, {truth}"
+        );
+    }
+}
+
+#[test]
+fn a_broken_bench_is_refused_by_its_name() {
+    let frozen = Defects {
+        is_encoder_frozen: true,
+        ..Defects::default()
+    };
+    let loose = Defects {
+        encoder_loss_pct: 100.0,
+        ..Defects::default()
+    };
+    let jammed = Defects {
+        is_jammed: true,
+        ..Defects::default()
+    };
+    let open = Defects {
+        is_motor_open: true,
+        ..Defects::default()
+    };
+    let broken = [
+        (
+            1.0,
+            frozen,
+            "the encoder does not: magnet or encoder is stuck",
+        ),
+        (1.0, loose, "the coupling is loose"),
+        (1.0, jammed, "the shaft is held"),
+        (1.0, open, "motor or current sense is not connected"),
+        (-1.0, Defects::default(), "the encoder is reversed"),
+    ];
+    for (direction, defects, word) in broken {
+        let mut options = secret(1);
+        options.encoder.magnet_direction = direction;
+        let error = measure(&mut client(&options, defects), &LIMITS).expect_err(word);
+        assert!(matches!(error, CommissionError::Refused { .. }), "{error}");
+        assert!(error.to_string().contains(word), "{error}");
+    }
+}
+
+#[test]
+fn only_the_write_changes_what_the_actuator_keeps() {
+    let mut client = client(&secret(3), Defects::default());
+    let model = |client: &mut Client| {
+        let value = client.get(names::find("2011:2").expect("an object"));
+        value.expect("a value").to_string()
+    };
+    let before = model(&mut client);
+    let kept = Kept::of(&mut client).expect("values");
+    let found = measure(&mut client, &LIMITS).expect("a good bench");
+    kept.restore(&mut client).expect("the drive is off");
+    assert_eq!(model(&mut client), before);
+    assert_eq!(client.integer("607D:2").expect("a limit"), 60_000);
+    write(&mut client, &LIMITS, &found).expect("it saves");
+    assert_ne!(model(&mut client), before);
+    assert_eq!(client.integer("607D:2").expect("a limit"), 45_000);
+}

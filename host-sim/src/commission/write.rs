@@ -1,0 +1,69 @@
+//! The last step: range and model are written and saved as one set.
+
+use super::runs::Findings;
+use super::{CommissionError, Limits};
+use crate::can::client::{Client, ClientError};
+use crate::can::sdo::SdoError;
+
+/// The objects that the motion changes.
+const CHANGED: [&str; 4] = ["6060", "6080", "6081", "2030:5"];
+
+/// The values of the objects that a commissioning changes for its motion.
+pub struct Kept {
+    range_mdeg: (i64, i64),
+    values: [i64; CHANGED.len()],
+}
+
+impl Kept {
+    /// The present values.
+    ///
+    /// # Errors
+    /// [`ClientError::Object`].
+    pub fn of(client: &mut Client) -> Result<Self, ClientError> {
+        let range_mdeg = (client.integer("607D:1")?, client.integer("607D:2")?);
+        let mut values = [0; CHANGED.len()];
+        for (value, object) in values.iter_mut().zip(CHANGED) {
+            *value = client.integer(object)?;
+        }
+        Ok(Self { range_mdeg, values })
+    }
+
+    /// Writes them again; the drive is off.
+    ///
+    /// # Errors
+    /// [`ClientError::Object`].
+    pub fn restore(&self, client: &mut Client) -> Result<(), ClientError> {
+        for (value, object) in self.values.iter().zip(CHANGED) {
+            client.write(object, &value.to_string())?;
+        }
+        write_range(client, self.range_mdeg)
+    }
+}
+
+/// Writes 607Dh.
+pub(super) fn write_range(client: &mut Client, (low, high): (i64, i64)) -> Result<(), ClientError> {
+    // Each write must leave the lower limit below the upper one.
+    client.write("607D:1", &i32::MIN.to_string())?;
+    client.write("607D:2", &high.to_string())?;
+    client.write("607D:1", &low.to_string())
+}
+
+/// Writes the range and the torque constant, and saves them. The flash has the old set until the
+/// save.
+///
+/// # Errors
+/// [`CommissionError`].
+pub fn write(
+    client: &mut Client,
+    limits: &Limits,
+    findings: &Findings,
+) -> Result<(), CommissionError> {
+    let (low, high) = limits.range_mdeg;
+    write_range(client, (low.into(), high.into()))?;
+    client.write("2011:2", &findings.torque_constant_nm_a.value.to_string())?;
+    let saved = client.sdo().download(0x1010, 1, b"save");
+    saved.map_err(|source: SdoError| {
+        let name = "1010h:01".into();
+        ClientError::Object { name, source }.into()
+    })
+}
