@@ -5,10 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 venv=$PWD/target/dronecan-venv
-[ -x "$venv/bin/pip" ] || python3 -m venv "$venv"
-"$venv/bin/python" -c 'import dronecan, serial' 2>/dev/null ||
-    "$venv/bin/pip" install --quiet --disable-pip-version-check \
-        dronecan==1.0.27 pyserial==3.5 setuptools==80.9.0
+bash .ci/environment "$venv" dronecan==1.0.27 pyserial==3.5 setuptools==80.9.0
 
 bash .ci/programs
 cargo build-board --quiet --locked --bin actuator-board --bin comm-board

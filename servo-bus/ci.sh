@@ -5,10 +5,8 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 venv=$PWD/target/servo-venv
-[ -x "$venv/bin/pip" ] || python3 -m venv "$venv"
-"$venv/bin/python" -c 'import scservo_sdk, dynamixel_sdk, rustypot' 2>/dev/null ||
-    "$venv/bin/pip" install --quiet --disable-pip-version-check \
-        feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 rustypot==1.13.1 pyserial==3.5
+bash .ci/environment "$venv" \
+    feetech-servo-sdk==1.0.0 dynamixel-sdk==4.1.0 rustypot==1.13.1 pyserial==3.5
 
 bash .ci/programs
 printf '\n-- Servo buses: feetech-servo-sdk, dynamixel-sdk, rustypot\n'

@@ -17,8 +17,7 @@ say "tools"
 bash .ci/provide mkoctfile octave-dev octave
 bash .ci/provide valgrind valgrind
 bash .ci/provide c++ g++
-[ -x "$venv/bin/pip" ] || python3 -m venv "$venv"
-"$venv/bin/pip" install --quiet --disable-pip-version-check jsbsim==1.3.3
+bash .ci/environment "$venv" jsbsim==1.3.3
 
 say "build"
 bash .ci/programs

@@ -5,10 +5,7 @@ cd "$(dirname "$0")/../.."
 
 target=${CARGO_TARGET_DIR:-target}
 venv=$target/venv-fmu
-if [ ! -x "$venv/bin/fmpy" ]; then
-    python3 -m venv "$venv"
-    "$venv/bin/pip" install --quiet fmpy==0.3.32 numpy
-fi
+bash .ci/environment "$venv" fmpy==0.3.32 numpy
 
 bash .ci/programs
 folder=$(mktemp -d)

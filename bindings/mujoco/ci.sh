@@ -11,9 +11,8 @@ mkdir -p "$place"
 say() { printf '\n-- MuJoCo: %s\n' "$*"; }
 
 say "tools"
-[ -x "$place/venv/bin/pip" ] || python3 -m venv "$place/venv"
+bash "$root/.ci/environment" "$place/venv" mujoco==4.0.0 numpy pytest matplotlib gymnasium
 python=$place/venv/bin/python
-"$python" -m pip install --quiet --disable-pip-version-check mujoco==4.0.0 numpy pytest matplotlib
 
 say "plugin"
 bash build.sh "$python" "$place/libsmart_actuator.so"
@@ -34,7 +33,6 @@ done
 say "a recording to MuJoCo and Gymnasium"
 # bindings/python/ci.sh has built the wheel.
 "$python" -m pip install --quiet --force-reinstall --no-deps "$target"/python/dist/*.whl
-"$python" -m pip install --quiet gymnasium
 "$ACTUATOR" simulate black-box-2 --input 3-2-1-1 --every 80 --csv "$place/recording.csv" >"$place/simulate.log"
 (cd "$place" && MPLBACKEND=Agg "$python" "$root/bindings/python/examples/identify_and_simulate.py" \
     recording.csv "$ACTUATOR_PLUGIN" | tee script.log && grep -E "at most [0-9.]+e-1[0-9] deg off" script.log)

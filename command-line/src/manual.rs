@@ -29,7 +29,7 @@ impl Manual {
         let mut program = crate::command();
         program.build();
         let folder = &self.folder;
-        std::fs::create_dir_all(folder).map_err(|source| write_error(folder, source))?;
+        file::create_folder("FOLDER", folder)?;
         self.write(&program)?;
         program
             .get_subcommands()

@@ -1,9 +1,6 @@
 //! `actuator report`.
 
-use std::{
-    fs,
-    path::{Path, PathBuf},
-};
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -39,7 +36,7 @@ impl Report {
             .collect();
         file::check(&files, [])?;
         if let Some(folder) = &self.figures {
-            fs::create_dir_all(folder).map_err(|source| output::write_error(folder, source))?;
+            file::create_folder("--figures", folder)?;
         }
         let progress = output::progress(Comparison::steps(MODELS.len()), "runs");
         let comparison = Comparison::of(&MODELS, &|| progress.inc(1))?;

@@ -29,13 +29,7 @@ const run = await studio(actuator);
 try {
   const page = await visit(run.url, SIZE);
   await page.ready();
-  await page.show('tour');
-  for (const step of [1, 2, 3, 4]) {
-    await page.until(`!document.getElementById('tour-${step}').disabled`);
-    await page.tap(`#tour-${step}`);
-    await wait(300);
-    await page.until(`!document.getElementById('tour-${step}').disabled`);
-  }
+  await page.tour();
   await wait(500);
   await page.evaluate("document.querySelector('#tour-3').scrollIntoView({ block: 'center' })");
   await photograph(page, 'demo');

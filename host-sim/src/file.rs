@@ -60,8 +60,8 @@ pub enum CheckError {
         /// The file.
         path: PathBuf,
     },
-    /// The name of standard output, where a file is expected.
-    #[error("{option} is `-`, expected the name of a file; `./-` is one")]
+    /// The name of standard output, where a file or folder is expected.
+    #[error("{option} is `-`, expected the name of a file or folder; `./-` is one")]
     StandardOutput {
         /// The option.
         option: String,
@@ -179,6 +179,19 @@ pub fn write(path: &Path, content: impl AsRef<[u8]>) -> Result<(), WriteError> {
         file.complete()
     });
     result.map_err(|source| WriteError::new(path, source))
+}
+
+/// Creates a folder that an option names, unless it exists.
+///
+/// # Errors
+/// For a folder that cannot be created, and for `-`.
+pub fn create_folder(option: &str, path: &Path) -> Result<(), CheckError> {
+    if path == Path::new("-") {
+        return Err(CheckError::StandardOutput {
+            option: option.to_owned(),
+        });
+    }
+    fs::create_dir_all(path).map_err(|source| WriteError::new(path, source).into())
 }
 
 /// Checks in advance that files, each with its option, can be written, are different, and are none

@@ -79,7 +79,7 @@ const png = async drawing => {
   return new Promise(done => canvas.toBlob(done, 'image/png'));
 };
 
-const save = (blob, name) => {
+export const save = (blob, name) => {
   const link = h('a', { href: URL.createObjectURL(blob), download: name });
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 1000);

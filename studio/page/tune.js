@@ -4,7 +4,7 @@ import { request } from './socket.js';
 import { NumberField } from './number.js';
 import { state, watch, chosen, hasControl, whyNot, object, read } from './state.js';
 import { slice, latest } from './ring.js';
-import { saving } from './save.js';
+import { save, saving } from './save.js';
 
 // What the user has entered, and what was measured, stays while other views are shown.
 const entered = {}, measured = [];
@@ -42,6 +42,8 @@ const show = host => {
   const gains = h('div', { class: 'table' }), results = h('div', { class: 'tiles' }), problems = h('div');
   const stepPlot = h('div', { id: 'step' }), bodePlot = h('div', { id: 'bode' });
   const apply = button('Apply to the actuator', applyGains, { class: 'primary', id: 'apply' });
+  const codes = [['MATLAB', 'gains.m'], ['python-control', 'gains.py']].map(([label, name]) =>
+    button(label, () => save(new Blob([answer.code[name]]), name), { id: `code-${name.split('.')[1]}`, title: `Save the computed gains and loops as ${name}` }));
   const measure = button('Measure the step', measureStep, { id: 'measure' });
   const sweep = button('Measure the frequency response', measureResponse, { id: 'sweep' }), sweeping = h('p', { class: 'soft', 'aria-live': 'polite' });
   const why = h('p', { class: 'soft', 'aria-live': 'polite' });
@@ -51,7 +53,7 @@ const show = host => {
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Motor')), h('div', { class: 'fields' }, tune.motor.flatMap(field)),
         h('p', { class: 'soft' }, 'Defaults are those of the paper; the view Identify takes them from a measurement.')),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Target')), which, target),
-      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Gains'), apply), gains, results, problems)),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Gains'), h('div', { class: 'row' }, codes, apply)), gains, results, problems)),
     h('div', { class: 'column' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Step'), h('div', { class: 'row' },
         h('label', {}, number(STEP, 't-step', { unit: 'deg', min: object('2020:4').min / 1000, max: object('2020:4').max / 1000 }), ' deg'), measure, clear, saving(stepPlot, 'step'))), why, stepPlot,
@@ -148,6 +150,7 @@ const show = host => {
   }
   const update = () => {
     apply.disabled = !answer || !hasControl();
+    codes.forEach(code => { code.disabled = !answer; });
     measure.disabled = sweep.disabled = !answer || isSweeping || Boolean(whyNot());
     say(why, whyNot() || (answer ? '' : 'Measuring needs a valid target.'));
   };

@@ -5,8 +5,7 @@ cd "$(dirname "$0")/../.."
 place=$PWD/target/reuse
 mkdir -p "$place"
 
-[ -x "$place/venv/bin/pip" ] || python3 -m venv "$place/venv"
-"$place/venv/bin/pip" install --quiet --disable-pip-version-check numpy fmpy==0.3.32
+bash .ci/environment "$place/venv" numpy fmpy==0.3.32
 wheels=$PWD/target/python/dist
 cargo run --quiet --release --locked --bin package -- --out "$wheels" wheel
 "$place/venv/bin/pip" install --quiet --force-reinstall --no-deps "$wheels"/*.whl

@@ -37,9 +37,9 @@ const FILES: [(&str, &str); 3] = [
 const LIBRARY: [&str; 4] = ["-p", "actuator-c", "--lib", "--crate-type"];
 
 /// Builds the static library: of the standard library only what is called.
-pub fn archive(tools: &Tools) -> Result<PathBuf, Error> {
+pub fn archive(tools: &Tools, target: &str) -> Result<PathBuf, Error> {
     let lean = ["staticlib", "--config", "profile.release.lto='fat'"];
-    let built = tools.build(LINUX, &[&LIBRARY[..], &lean].concat(), &[], &[])?;
+    let built = tools.build(target, &[&LIBRARY[..], &lean].concat(), &[], &[])?;
     Ok(built.join("libactuator_c.a"))
 }
 
@@ -56,7 +56,7 @@ pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
         &folder.join("lib").join(&whole),
     )?;
     let archive = folder.join("lib/libactuator_c.a");
-    copy(&self::archive(tools)?, &archive)?;
+    copy(&self::archive(tools, LINUX)?, &archive)?;
     // Without the debug information of the standard library.
     run(Command::new("strip").arg("--strip-debug").arg(&archive))?;
     for (name, target) in [

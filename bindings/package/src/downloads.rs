@@ -10,7 +10,7 @@ use crate::{
 const NAME: &str = "index.html";
 
 /// Files, as a name or the ends of names in a folder; for whom they are; how to begin.
-const ROWS: [(&str, &str, &str); 11] = [
+const ROWS: [(&str, &str, &str); 15] = [
     (
         "actuator",
         "Linux on x86-64 with glibc 2.17 or later: everything on the command line, and Studio in the browser",
@@ -22,6 +22,11 @@ const ROWS: [(&str, &str, &str); 11] = [
         "chmod +x actuator-static && ./actuator-static demo",
     ),
     (
+        "actuator-aarch64",
+        "any Linux on 64-bit ARM, as a Raspberry Pi",
+        "chmod +x actuator-aarch64 && ./actuator-aarch64 demo",
+    ),
+    (
         "actuator.exe",
         "Windows on x86-64; the same program",
         "actuator.exe demo",
@@ -30,6 +35,21 @@ const ROWS: [(&str, &str, &str); 11] = [
         "*.whl",
         "Python from 3.9 on Linux on x86-64 with glibc",
         "pip install smart_actuator-*.whl",
+    ),
+    (
+        "wheels/*2_17_aarch64.whl",
+        "Python from 3.9 on Linux on 64-bit ARM with glibc, as a Raspberry Pi",
+        "pip install wheels/*2_17_aarch64.whl",
+    ),
+    (
+        "wheels/*1_2_x86_64.whl",
+        "Python from 3.9 on Linux on x86-64 with musl, as Alpine; without the plugin of MuJoCo",
+        "pip install wheels/*1_2_x86_64.whl",
+    ),
+    (
+        "wheels/*1_2_aarch64.whl",
+        "the same on 64-bit ARM",
+        "pip install wheels/*1_2_aarch64.whl",
     ),
     (
         "fmi2/*.fmu",
@@ -124,8 +144,16 @@ mod tests {
     #[test]
     fn each_file_is_listed_once_with_its_sum_and_what_is_not_there_is_not() {
         let folder = tempfile::tempdir().unwrap();
-        fs::create_dir(folder.path().join("boards")).unwrap();
-        for name in ["actuator", "a.whl", "boards/b.img"] {
+        for name in ["boards", "wheels"] {
+            fs::create_dir(folder.path().join(name)).unwrap();
+        }
+        let names = [
+            "actuator",
+            "a.whl",
+            "wheels/a_1_2_x86_64.whl",
+            "boards/b.img",
+        ];
+        for name in names {
             fs::write(folder.path().join(name), "abc").unwrap();
         }
         for _ in 0..2 {
@@ -134,8 +162,8 @@ mod tests {
         let page = fs::read_to_string(folder.path().join(NAME)).unwrap();
         // FIPS 180-2, appendix B.1.
         let sum = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
-        assert_eq!(page.matches(sum).count(), 3);
-        for name in ["actuator", "a.whl", "boards/b.img"] {
+        assert_eq!(page.matches(sum).count(), names.len());
+        for name in names {
             assert_eq!(page.matches(&format!(">{name}</a>")).count(), 1, "{name}");
         }
         assert!(!page.contains("actuator.exe</a>"));

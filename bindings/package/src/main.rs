@@ -54,8 +54,12 @@ enum Part {
     Wheel,
     /// The program `actuator`, and FMUs
     Program,
-    /// The program for any Linux, without a library of the system
+    /// The Python package for musl and for ARM
+    Wheels,
+    /// The program for any Linux on x86-64, without a library of the system
     Static,
+    /// The program for any Linux on ARM
+    Arm,
     /// The program for Windows
     Windows,
     /// The report, and the script for pages of others
@@ -69,7 +73,10 @@ enum Part {
 impl Part {
     /// Whether it is for another system than that of the tests, and made on request only.
     fn is_for_another_system(self) -> bool {
-        matches!(self, Self::Static | Self::Windows)
+        matches!(
+            self,
+            Self::Wheels | Self::Static | Self::Arm | Self::Windows
+        )
     }
 
     fn make(self, tools: &Tools, out: &Path) -> Result<(), Error> {
@@ -78,6 +85,8 @@ impl Part {
             Self::C => c_library::make(tools, out),
             Self::Wheel => wheel::make(tools, out),
             Self::Program => program::make(tools, out),
+            Self::Wheels => wheel::make_others(tools, out),
+            Self::Arm => program::make_arm(tools, out),
             Self::Static => program::make_static(tools, out),
             Self::Windows => program::make_windows(tools, out),
             Self::Pages => pages::make(tools, out),

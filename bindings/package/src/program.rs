@@ -10,7 +10,7 @@ use std::{
 use crate::{
     copy,
     error::{Error, at},
-    tools::{LINUX, MUSL, Tools, WINDOWS, run},
+    tools::{LINUX, MUSL, MUSL_ARM, Tools, WINDOWS, run},
 };
 
 /// The FMUs with the options that `actuator fmu` makes them by.
@@ -44,10 +44,16 @@ pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Makes the program for any Linux of this processor, which needs no library of the system.
+/// Makes the program for any Linux on x86-64, which needs no library of the system.
 pub fn make_static(tools: &Tools, out: &Path) -> Result<(), Error> {
     let built = build(tools, MUSL)?;
     copy(&built.join("actuator"), &out.join("actuator-static"))
+}
+
+/// Makes the program for any Linux on ARM.
+pub fn make_arm(tools: &Tools, out: &Path) -> Result<(), Error> {
+    let built = build(tools, MUSL_ARM)?;
+    copy(&built.join("actuator"), &out.join("actuator-aarch64"))
 }
 
 /// Makes the program for Windows.

@@ -24,11 +24,16 @@ pub const LINUX: &str = "x86_64-unknown-linux-gnu";
 /// The oldest glibc that what is built runs with: that of Rust's standard library.
 pub const GLIBC: &str = "2.17";
 
+/// The target of Linux on ARM.
+pub const LINUX_ARM: &str = "aarch64-unknown-linux-gnu";
+
 /// The target of Windows.
 pub const WINDOWS: &str = "x86_64-pc-windows-gnu";
 
-/// The target of Linux with musl: its programs need no library of the system.
+/// The targets of Linux with musl: their programs need no library of the system.
 pub const MUSL: &str = "x86_64-unknown-linux-musl";
+/// That on ARM.
+pub const MUSL_ARM: &str = "aarch64-unknown-linux-musl";
 
 /// An environment of Python with the tools.
 pub struct Tools {
@@ -87,7 +92,7 @@ impl Tools {
         println!("   for {triple}: {}", arguments.join(" "));
         cross_build::add_target(triple)?;
         let linked = match triple {
-            LINUX => format!("{LINUX}.{GLIBC}"),
+            LINUX | LINUX_ARM => format!("{triple}.{GLIBC}"),
             other => other.to_owned(),
         };
         let mut command = self.command("cargo-zigbuild");

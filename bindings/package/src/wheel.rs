@@ -1,5 +1,5 @@
-//! The wheel of the Python package, one for all versions of Python from 3.9, with the plugin of
-//! MuJoCo.
+//! The wheels of the Python package, each for all versions of Python from 3.9, with the plugin of
+//! MuJoCo where MuJoCo has a wheel.
 
 use std::{
     fs,
@@ -9,10 +9,10 @@ use std::{
 use crate::{
     c_library,
     error::{Error, at},
-    tools::{GLIBC, LINUX, Tools, run},
+    tools::{GLIBC, LINUX, LINUX_ARM, MUSL, MUSL_ARM, Tools, run, target},
 };
 
-/// The greatest size of the wheel, bytes.
+/// The greatest size of a wheel, bytes.
 const MOST_BYTES: u64 = 4_000_000;
 
 /// The version of MuJoCo that the plugin is linked with.
@@ -21,17 +21,64 @@ const MUJOCO: &str = "4.0.0";
 /// The name of the plugin before the version.
 const PLUGIN: &str = "libsmart_actuator-mujoco-";
 
-/// Makes the wheel in place of an older one.
+/// A system with a wheel.
+struct System {
+    target: &'static str,
+    /// What it is built for, as wheels name it.
+    compatibility: &'static str,
+    /// That of the wheel of MuJoCo.
+    mujoco: Option<&'static str>,
+}
+
+/// Linux with glibc on x86-64.
+const USUAL: System = System {
+    target: LINUX,
+    compatibility: "manylinux2014",
+    mujoco: Some("manylinux_2_28_x86_64"),
+};
+
+const OTHERS: [System; 3] = [
+    System {
+        target: LINUX_ARM,
+        compatibility: "manylinux2014",
+        mujoco: Some("manylinux_2_28_aarch64"),
+    },
+    System {
+        target: MUSL,
+        compatibility: "musllinux_1_2",
+        mujoco: None,
+    },
+    System {
+        target: MUSL_ARM,
+        compatibility: "musllinux_1_2",
+        mujoco: None,
+    },
+];
+
+/// Makes the wheel of most computers in place of an older one.
 pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
-    for old in with_extension(out, "whl")? {
-        fs::remove_file(&old).map_err(at(&old))?;
-    }
-    cross_build::add_target(LINUX)?;
-    plugin(tools)?;
+    remove(&with_extension(out, "whl")?)?;
+    wheel(tools, &USUAL, out)
+}
+
+/// Makes those of other systems in a folder of their own: pip takes one folder of wheels for one
+/// system.
+pub fn make_others(tools: &Tools, out: &Path) -> Result<(), Error> {
+    let folder = out.join("wheels");
+    fs::create_dir_all(&folder).map_err(at(&folder))?;
+    remove(&with_extension(&folder, "whl")?)?;
+    let mut others = OTHERS.iter();
+    others.try_for_each(|system| wheel(tools, system, &folder))
+}
+
+fn wheel(tools: &Tools, system: &System, out: &Path) -> Result<(), Error> {
+    println!("   for {}: the wheel", system.target);
+    cross_build::add_target(system.target)?;
+    plugin(tools, system)?;
     let mut maturin = tools.command("maturin");
     run(maturin
-        .args(["build", "--quiet", "--locked", "--zig", "--target", LINUX])
-        .args(["--compatibility", "manylinux2014"])
+        .args(["build", "--quiet", "--locked", "--zig", "--target"])
+        .args([system.target, "--compatibility", system.compatibility])
         .args(["--manifest-path", "bindings/python/Cargo.toml", "--out"])
         .arg(out))?;
     for path in with_extension(out, "whl")? {
@@ -44,34 +91,40 @@ pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
     Ok(())
 }
 
-/// Builds the plugin into the package.
-fn plugin(tools: &Tools) -> Result<(), Error> {
-    let core = format!("mujoco-core=={MUJOCO}");
+/// Builds the plugin into the package, in place of that of another system.
+fn plugin(tools: &Tools, system: &System) -> Result<(), Error> {
+    let package = cross_build::workspace().join("bindings/python/smart_actuator");
+    let mut old = with_extension(&package, "so")?;
+    old.retain(|path| path.to_string_lossy().contains(PLUGIN));
+    remove(&old)?;
+    let Some(platform) = system.mujoco else {
+        return Ok(());
+    };
+    let mujoco = target().join("package").join(platform);
     let mut pip = tools.command("pip");
     run(pip
-        .args([
-            "install",
-            "--quiet",
-            "--disable-pip-version-check",
-            "--no-deps",
-        ])
-        .arg(core))?;
-    let built = c_library::archive(tools)?;
-    let package = cross_build::workspace().join("bindings/python/smart_actuator");
-    let is_plugin = |path: &PathBuf| path.to_string_lossy().contains(PLUGIN);
-    for old in with_extension(&package, "so")?
-        .into_iter()
-        .filter(is_plugin)
-    {
-        fs::remove_file(&old).map_err(at(&old))?;
-    }
-    let zig = format!("python -m ziglang cc -target x86_64-linux-gnu.{GLIBC} -lunwind");
+        .args(["install", "--quiet", "--disable-pip-version-check"])
+        .args(["--upgrade", "--no-deps", "--only-binary=:all:"])
+        .args(["--platform", platform, "--target"])
+        .arg(&mujoco)
+        .arg(format!("mujoco-core=={MUJOCO}")))?;
+    let built = c_library::archive(tools, system.target)?;
+    let zig = system.target.replace("-unknown", "");
     run(tools
         .on_path("bash")
         .args(["bindings/mujoco/build.sh", "python"])
         .arg(package.join(format!("{PLUGIN}{MUJOCO}.so")))
-        .env("CC", zig)
+        .env("PYTHONPATH", mujoco)
+        .env(
+            "CC",
+            format!("python -m ziglang cc -target {zig}.{GLIBC} -lunwind"),
+        )
         .env("ACTUATOR_C", built))
+}
+
+fn remove(files: &[PathBuf]) -> Result<(), Error> {
+    let mut files = files.iter();
+    files.try_for_each(|file| fs::remove_file(file).map_err(at(file)))
 }
 
 fn with_extension(folder: &Path, extension: &str) -> Result<Vec<PathBuf>, Error> {

@@ -50,16 +50,20 @@ pub fn parameters(assessment: &Assessment) -> Table {
     table
 }
 
-/// The correlation of the estimates.
+/// The correlation of the estimates. The columns have the numbers of the rows: names would make them
+/// wider than a page.
 pub fn correlation(assessment: &Assessment) -> Table {
     let fit = &assessment.fit;
-    let names: Vec<&str> = fit.rows.iter().map(|r| fit.estimates[*r].name).collect();
-    let columns = [""].iter().chain(&names).map(|name| (*name, ""));
+    let numbers: Vec<String> = (1..=fit.rows.len()).map(|n| n.to_string()).collect();
+    let columns = ["", ""]
+        .into_iter()
+        .chain(numbers.iter().map(String::as_str));
     let caption = format!("{}: correlation of the estimates", assessment.name);
-    let mut table = Table::new(caption, &columns.collect::<Vec<_>>());
-    for (i, name) in names.iter().enumerate() {
-        let row = (0..names.len()).map(|j| Cell::Number(fit.correlation[(i, j)], 3));
-        table.push([Cell::from(*name)].into_iter().chain(row));
+    let mut table = Table::new(caption, &columns.map(|name| (name, "")).collect::<Vec<_>>());
+    for (i, (number, row)) in numbers.iter().zip(&fit.rows).enumerate() {
+        let names = [number.as_str(), fit.estimates[*row].name].map(Cell::from);
+        let values = (0..fit.rows.len()).map(|j| Cell::Number(fit.correlation[(i, j)], 3));
+        table.push(names.into_iter().chain(values));
     }
     table
 }

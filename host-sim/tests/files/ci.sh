@@ -11,8 +11,7 @@ python=$PWD/target/files-venv/bin/python
 runs=$PWD/target/files-runs
 
 bash .ci/provide octave-cli octave
-[ -x "$python" ] || python3 -m venv target/files-venv
-"$python" -m pip install -q numpy==2.4.6 scipy==1.17.1 pyarrow==26.0.1
+bash .ci/environment target/files-venv numpy==2.4.6 scipy==1.17.1 pyarrow==26.0.1
 
 if [ -z "${features[*]}" ]; then
     bash .ci/programs

@@ -140,7 +140,7 @@ impl Import {
         path: &Path,
         progress: &mut Progress<'_>,
     ) -> Result<Vec<Imported>, ImportError> {
-        match path.is_dir() {
+        match path.is_dir() && path != Path::new("-") {
             true => lerobot::read(self, path, progress),
             false => Ok(vec![self.read(path, progress)?]),
         }

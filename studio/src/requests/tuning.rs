@@ -6,7 +6,8 @@ use host_sim::can::{client::ClientError, names};
 use host_sim::plot::html;
 use host_sim::settings::{ModelKind, PlantKind, Settings};
 use host_sim::tune::{
-    Goal, InnerLoop, PositionLoop, TuneRequest, Tuning, bode, stable_margins, tune as compute,
+    Goal, InnerLoop, Language, PositionLoop, TuneRequest, Tuning, bode, code, stable_margins,
+    tune as compute,
 };
 use model_core::actuator::Actuator;
 use model_core::control::parameters::ControlParameters;
@@ -144,12 +145,14 @@ fn answer(values: &TuneValues) -> Result<Value, String> {
         )?),
         None => None,
     };
+    let code = |language| code(&request, &tuning, language).map_err(|error| error.to_string());
     Ok(json!({
         "gains": Gains::of(&tuning.control), "bandwidth_hz": tuning.bandwidth_hz,
         "is_stable": margins.stable, "gain_margin_db": margin(margins.gain_db),
         "phase_margin_deg": margin(margins.phase_deg), "delay_margin_s": margins.delay_s,
         "duty_jump_pct": tuning.duty_jump_pct, "warnings": warnings, "bode": figure,
         "step": step, "present_step": present,
+        "code": { "gains.m": code(Language::Matlab)?, "gains.py": code(Language::Python)? },
     }))
 }
 

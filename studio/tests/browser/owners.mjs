@@ -11,6 +11,15 @@ mkdirSync(pictures, { recursive: true });
 const run = await studio(actuator);
 let second = null;
 const request = (page, what, values) => page.evaluate(`import('/socket.js').then(s => s.request('${what}', ${JSON.stringify(values)}))`);
+// The text of a file that the page saves.
+const saved = async name => {
+  const path = resolve(pictures, name);
+  for (const end = Date.now() + 20_000; !existsSync(path) && Date.now() < end;) await wait(50);
+  await wait(200);
+  const text = readFileSync(path, 'utf8');
+  rmSync(path);
+  return text;
+};
 const rateOf = page => page.evaluate("parseFloat([...document.querySelectorAll('.tile')].find(t => t.textContent.startsWith('Rate')).querySelector('b').textContent)");
 try {
   const page = await visit(run.url, {}, pictures);
@@ -75,12 +84,8 @@ try {
   await wait(3000);
   await page.tap('#record');
   for (const name of ['actuator-1.csv', 'actuator-2.csv']) {
-    const path = resolve(pictures, name);
-    for (const end = Date.now() + 20_000; !existsSync(path) && Date.now() < end;) await wait(50);
-    await wait(200);
-    const rows = readFileSync(path, 'utf8').trim().split('\n');
+    const rows = (await saved(name)).trim().split('\n');
     assert.ok(Math.abs((rows.length - 1) / 250 - 3) < 0.7, `${name}: ${rows.length} rows`);
-    rmSync(path);
   }
   await page.tap('#beside');
   await page.until("document.querySelectorAll('#live-plots.beside > div').length === 2 && document.querySelectorAll('#live-plots canvas').length === 8");
@@ -147,17 +152,14 @@ try {
   // The prediction has no friction, which opens the loop a little at small angles.
   assert.ok(worst > 0 && worst < 1.5);
   await page.picture('bode', true);
+  for (const [button, file, begin] of [['#code-m', 'gains.m', /^% .*;$/ms], ['#code-py', 'gains.py', /^import control$/m]]) {
+    await page.tap(button);
+    assert.match(await saved(file), begin);
+  }
 
   // The tour, from a new page.
   const begun = Date.now();
-  await page.show('tour');
-  for (const step of [1, 2, 3, 4]) {
-    await page.until(`!document.getElementById('tour-${step}').disabled`);
-    await page.tap(`#tour-${step}`);
-    await wait(300);
-    await page.until(`!document.getElementById('tour-${step}').disabled`);
-    assert.equal(await page.exists('#view-tour .note.bad'), false, await page.text('#view-tour .note.bad'));
-  }
+  await page.tour();
   assert.match(await page.text('#view-tour'), /Fault “[^”]+”: .*The fit explains 9\d\.\d %.*Bandwidth/s);
   await page.picture('tour', true);
   const seconds = (Date.now() - begun) / 1000;

@@ -103,6 +103,18 @@ export const visit = async (url, options = {}, pictures = null) => {
       await page.tap('#go');
       await until(`Math.abs(parseFloat(document.getElementById('angle').textContent) - ${deg}) < ${tolerance}`);
     },
+    // The steps of the tour, one after the other.
+    async tour() {
+      await page.show('tour');
+      for (const step of [1, 2, 3, 4]) {
+        const isReady = `!document.getElementById('tour-${step}').disabled`;
+        await until(isReady);
+        await page.tap(`#tour-${step}`);
+        await wait(300);
+        await until(isReady);
+        assert.equal(await page.exists('#view-tour .note.bad'), false, await page.text('#view-tour .note.bad'));
+      }
+    },
     async picture(name, full = false) {
       if (!pictures) return;
       mkdirSync(pictures, { recursive: true });

@@ -137,18 +137,23 @@ fn fit(order: &Identification, known: Known, rows: &[Row], task: &Task) -> Resul
         })
         .collect();
     let [assessment] = &assessments;
-    let warnings: Vec<_> = assessment
-        .warnings
-        .iter()
-        .map(ToString::to_string)
-        .collect();
+    let statements =
+        |texts: &[String]| texts.iter().map(|text| statement(text)).collect::<Vec<_>>();
     Ok(json!({
         "model": assessment.name, "fit_percent": assessment.fit.fit_percent,
         "noise_deg": assessment.fit.noise_deg, "samples": rows.len(),
         "is_stopped": task.is_stopped(),
         "parameters": table(&tables::parameters(assessment)),
-        "warnings": warnings, "doubts": assessment.doubts, "figures": figures, "motor": motor::motor(assessment, known, rows).ok(),
+        "warnings": statements(&assessment.warnings), "doubts": statements(&assessment.doubts), "figures": figures, "motor": motor::motor(assessment, known, rows).ok(),
     }))
+}
+
+/// A doubt or warning without advice on options of the command line, which Studio lacks.
+fn statement(text: &str) -> String {
+    let clauses = text
+        .split("; ")
+        .filter(|clause| !clause.contains("option `"));
+    clauses.collect::<Vec<_>>().join("; ")
 }
 
 fn table(table: &Table) -> Value {
