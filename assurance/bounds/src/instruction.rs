@@ -170,7 +170,8 @@ impl Decoded {
             ARM_INS_BX | ARM_INS_BLX => return Err("a call by pointer".into()),
             ARM_INS_TBB => Flow::Table { entry: 1 },
             ARM_INS_TBH => Flow::Table { entry: 2 },
-            ARM_INS_UDF if !self.is_conditional => Flow::Never,
+            // The disassembler names `udf #254` a trap.
+            ARM_INS_UDF | ARM_INS_TRAP if !self.is_conditional => Flow::Never,
             ARM_INS_POP | ARM_INS_LDM if self.writes(PC) => self.returns(),
             ARM_INS_LDR if self.register(0) == Some(PC) => self.loads_pc()?,
             ARM_INS_MOV | ARM_INS_ADD if self.register(0) == Some(PC) => {
