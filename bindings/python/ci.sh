@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes the wheel, runs the documents with it in a clean environment without Rust, and tests it there.
+# Makes the wheel, runs the documents with it in a clean environment without Rust, and tests it
+# there.
 # Needs Python 3 with venv and access to the package index.
 set -euo pipefail
 cd "$(dirname "$0")"

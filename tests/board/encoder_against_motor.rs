@@ -133,7 +133,7 @@ fn the_shaft_is_never_5_deg_off_at_an_encoder_that_slips_drifts_or_freezes() {
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
-/// A byte whose last bit is stale has the wrong parity, or an alarm, or the angle that it would have
+/// A word with stale last bits has the wrong parity, or an alarm, or the angle that it would have
 /// had.
 #[test]
 fn a_late_clock_of_the_encoder_stops_the_shaft_and_gives_no_wrong_angle() {

@@ -1,8 +1,8 @@
 //! Commissioning of an actuator over its bus: its wiring is checked at limited current, then runs
 //! at constant rate give the torque constant. Nothing is saved before all steps have succeeded.
 
-mod line;
 mod runs;
+mod slope;
 #[cfg(test)]
 mod tests;
 mod wiring;

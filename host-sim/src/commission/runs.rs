@@ -1,11 +1,11 @@
-//! The second step: runs at constant rate, upward and downward, whose back-EMF against the rate gives
-//! the torque constant.
+//! The second step: runs at constant rate, upward and downward, whose back-EMF against the rate
+//! gives the torque constant.
 
 use std::time::Duration;
 
 use firmware::capture::Signal;
 
-use super::line::line;
+use super::slope::slope;
 use super::write::write_range;
 use super::{CommissionError, Estimate, Limits, record, refuse};
 use crate::can::capture::Capture;
@@ -128,13 +128,13 @@ fn means(capture: &Capture, rate_mdeg_s: i32) -> Option<Run> {
     let angles: Vec<_> = angles
         .map(|(i, record)| (capture.time_s(i), f64::from(record[0]) * 1e-3))
         .collect();
-    Some((line(&angles)?.1.value.to_radians(), back_emf_v))
+    Some((slope(&angles)?.value.to_radians(), back_emf_v))
 }
 
 /// The torque constant; its standard error has the share of encoder and gain, which the residuals
 /// do not show: they are the same in all runs.
 fn torque_constant(runs: &[Run], ratio: f64, span_deg: f64) -> Result<Estimate, CommissionError> {
-    let Some((_, slope)) = line(runs) else {
+    let Some(slope) = slope(runs) else {
         return refuse(STEP, "too few rates for a line");
     };
     // A sine of this amplitude changes the mean rate over the span by 2 a sin(span/2)/span at most;

@@ -104,6 +104,20 @@ fn the_torque_constant_of_twenty_benches_is_within_three_standard_errors() {
     }
 }
 
+/// The share of an eccentric magnet in the standard error would hide a wrong gain. What is left is
+/// measured: at the scan the legs have not settled, which makes the back-EMF up to 1 % small.
+#[test]
+fn with_a_centred_magnet_the_torque_constant_is_within_2_percent() {
+    for seed in 0..5 {
+        let mut options = secret(seed);
+        options.encoder.misalignment_first_deg = 0.0;
+        let found = measure(&mut client(&options, Defects::default()), &LIMITS);
+        let value = found.expect("a good bench").torque_constant_nm_a.value;
+        let relative = value / torque_constant(&options);
+        assert!((relative - 1.0).abs() < 0.02, "bench {seed}: {relative}");
+    }
+}
+
 #[test]
 fn a_broken_bench_is_refused_by_its_name() {
     let frozen = Defects {
@@ -150,10 +164,12 @@ fn only_the_write_changes_what_the_actuator_keeps() {
         value.expect("a value").to_string()
     };
     let before = model(&mut client);
+    let signal = client.integer("2031:2").expect("a signal");
     let kept = Kept::of(&mut client).expect("values");
     let found = measure(&mut client, &LIMITS).expect("a good bench");
     kept.restore(&mut client).expect("the drive is off");
     assert_eq!(model(&mut client), before);
+    assert_eq!(client.integer("2031:2").expect("a signal"), signal);
     assert_eq!(client.integer("607D:2").expect("a limit"), 60_000);
     write(&mut client, &LIMITS, &found).expect("it saves");
     assert_ne!(model(&mut client), before);

@@ -6,7 +6,10 @@ use crate::can::client::{Client, ClientError};
 use crate::can::sdo::SdoError;
 
 /// The objects that the motion changes.
-const CHANGED: [&str; 4] = ["6060", "6080", "6081", "2030:5"];
+const CHANGED: [&str; 13] = [
+    "6060", "6080", "6081", "2030:3", "2030:5", "2031:1", "2031:2", "2031:3", "2031:4", "2031:5",
+    "2031:6", "2031:7", "2031:8",
+];
 
 /// The values of the objects that a commissioning changes for its motion.
 pub struct Kept {

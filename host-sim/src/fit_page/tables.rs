@@ -50,8 +50,8 @@ pub fn parameters(assessment: &Assessment) -> Table {
     table
 }
 
-/// The correlation of the estimates. The columns have the numbers of the rows: names would make them
-/// wider than a page.
+/// The correlation of the estimates. The columns have the numbers of the rows: names would make
+/// them wider than a page.
 pub fn correlation(assessment: &Assessment) -> Table {
     let fit = &assessment.fit;
     let numbers: Vec<String> = (1..=fit.rows.len()).map(|n| n.to_string()).collect();

@@ -1,5 +1,5 @@
-// Printed pages: no text below 8 pt, nothing beyond the margin, on A4 and Letter; the report has four
-// pages at most. node printed.mjs ACTUATOR FOLDER
+// Printed pages: no text below 8 pt, nothing beyond the margin, on A4 and Letter; the report has
+// four pages at most. node printed.mjs ACTUATOR FOLDER
 import assert from 'node:assert/strict';
 import { spawnSync } from 'node:child_process';
 import { mkdirSync } from 'node:fs';

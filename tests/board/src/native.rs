@@ -103,11 +103,8 @@ impl NativeBoard {
         self.plant
             .tick(native::bridge(outputs.bridge), &mut |plant, edge| {
                 rows.push(Row::of(plant, edge));
-                for change in faults.due(rows.len() as u64 * PWM_PERIOD_NS, 0) {
-                    let (fault, begins) = match &change {
-                        Change::Begin(fault) => (fault, true),
-                        Change::End(fault) => (fault, false),
-                    };
+                let now_ns = rows.len() as u64 * PWM_PERIOD_NS;
+                for Change { fault, begins } in faults.due(now_ns, 0) {
                     fault.apply_to(&mut plant.defects, begins);
                 }
             });

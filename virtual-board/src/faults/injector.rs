@@ -11,11 +11,11 @@ struct ActiveFault {
 
 /// Start or end of a fault.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Change {
-    /// This fault starts.
-    Begin(Fault),
-    /// This fault ends.
-    End(Fault),
+pub struct Change {
+    /// The fault.
+    pub fault: Fault,
+    /// Whether it starts.
+    pub begins: bool,
 }
 
 /// Fault plan of a run.
@@ -89,7 +89,10 @@ impl Injector {
     pub fn due(&mut self, now_ns: u64, instructions: u64) -> Vec<Change> {
         let ends = |fault: &mut ActiveFault| fault.until_ns <= now_ns;
         let mut changes: Vec<_> = (self.active.extract_if(.., ends))
-            .map(|ended| Change::End(ended.fault))
+            .map(|ended| Change {
+                fault: ended.fault,
+                begins: false,
+            })
             .collect();
         let begins = |planned: &mut Planned| match planned.trigger {
             Trigger::At { ns } => ns <= now_ns,
@@ -98,7 +101,10 @@ impl Injector {
         };
         let begun: Vec<_> = self.pending.extract_if(.., begins).collect();
         for planned in begun {
-            changes.push(Change::Begin(planned.fault.clone()));
+            changes.push(Change {
+                fault: planned.fault.clone(),
+                begins: true,
+            });
             if let Some(for_ns) = planned.for_ns {
                 self.active.push(ActiveFault {
                     until_ns: now_ns + for_ns,
@@ -117,11 +123,16 @@ mod tests {
     #[test]
     fn a_fault_begins_in_its_time_and_ends_in_its_time() {
         let mut injector = Injector::new(vec![Planned::at_ms(2, Fault::Jam).for_ms(3)]);
+        let fault = Fault::Jam;
+        let change = |begins| Change {
+            fault: fault.clone(),
+            begins,
+        };
         assert_eq!(injector.next_ns(), Some(2_000_000));
         assert_eq!(injector.due(1_999_999, 0), []);
-        assert_eq!(injector.due(2_000_006, 0), [Change::Begin(Fault::Jam)]);
+        assert_eq!(injector.due(2_000_006, 0), [change(true)]);
         assert_eq!(injector.next_ns(), Some(5_000_006));
-        assert_eq!(injector.due(5_000_006, 0), [Change::End(Fault::Jam)]);
+        assert_eq!(injector.due(5_000_006, 0), [change(false)]);
         assert_eq!(injector.next_ns(), None);
     }
 

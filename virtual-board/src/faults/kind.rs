@@ -22,8 +22,8 @@ pub enum Fault {
         /// The bits.
         mask: u32,
     },
-    /// The feedback of the encoder's clock is late: the last bit of each byte keeps that of the byte
-    /// before.
+    /// The feedback of the encoder's clock is late: the last bit of each byte keeps that of the
+    /// byte before.
     EncoderClockLate,
     /// The magnet of the encoder is displaced.
     Magnet {

@@ -52,13 +52,9 @@ pub(super) fn apply_due_at<S: Script>(
     instructions: u64,
     host: &mut dyn Host,
 ) {
-    for change in run.faults.due(at.0, instructions) {
-        let (fault, begins) = match &change {
-            Change::Begin(fault) => (fault, true),
-            Change::End(fault) => (fault, false),
-        };
+    for Change { fault, begins } in run.faults.due(at.0, instructions) {
         if !fault.apply_to(&mut run.plant.defects, begins) {
-            apply_to_board(run, session, (at, instructions), host, (fault, begins));
+            apply_to_board(run, session, (at, instructions), host, (&fault, begins));
         }
     }
 }
