@@ -58,11 +58,14 @@ export async function launch(program = process.env.CHROMIUM ?? 'chromium') {
       return result.value;
     };
     const until = async expression => {
+      // What the page has shown in the meantime: a toast is gone after some seconds.
+      const shown = new Set();
       for (const end = Date.now() + PATIENCE_MS; Date.now() < end;) {
         if (await evaluate(expression).catch(() => false)) return;
+        for (const text of await evaluate("[...document.querySelectorAll('.toast, .note')].map(e => e.textContent)").catch(() => [])) shown.add(text);
         await new Promise(resolve => setTimeout(resolve, 50));
       }
-      throw new Error(`${url}: waited without success for ${expression}; ${complaints.join('; ')}`);
+      throw new Error(`${url}: waited without success for ${expression}; shown: ${[...shown].join('; ')}; complaints: ${complaints.join('; ')}`);
     };
     const screenshot = async full => Buffer.from((await page('Page.captureScreenshot', { captureBeyondViewport: full })).data, 'base64');
     return { send: page, evaluate, until, screenshot, complaints, requests };

@@ -84,7 +84,13 @@ export const visit = async (url, options = {}, pictures = null) => {
     text: selector => evaluate(`document.querySelector(${JSON.stringify(selector)})?.textContent ?? ''`),
     exists: selector => evaluate(`!!document.querySelector(${JSON.stringify(selector)})`),
     async click(selector) { const p = await at(selector); await mouse('mousePressed', p); await mouse('mouseReleased', p); },
-    async press(selector, ms) { const p = await at(selector); await mouse('mousePressed', p); await wait(ms); await mouse('mouseReleased', p); },
+    // Holds a button until the page takes it as held, however late its timer is.
+    async hold(selector) {
+      const p = await at(selector);
+      await mouse('mousePressed', p);
+      await until(`!document.querySelector('${selector}').matches('.holding')`);
+      await mouse('mouseReleased', p);
+    },
     async key(name, code = name) { await key('keyDown', name, code, name === 'Enter' ? '\r' : name); await key('keyUp', name, code); },
     // Types into a field, and leaves it.
     fill: (selector, value) => evaluate(`(() => { const e = document.querySelector(${JSON.stringify(selector)}); e.focus(); e.value = ${JSON.stringify(String(value))}; e.dispatchEvent(new Event('input', { bubbles: true })); e.dispatchEvent(new Event('change', { bubbles: true })); })()`),
@@ -93,9 +99,15 @@ export const visit = async (url, options = {}, pictures = null) => {
     async show(view) { await evaluate(`document.getElementById('tab-${view}').click()`); await until(`document.body.dataset.view === '${view}'`); },
     async enable() {
       await page.show('move');
-      await until("!document.getElementById('enable').disabled");
-      await page.press('#enable', 750);
-      await until("!document.getElementById('go').disabled");
+      // While the processor lags, emulated boards are lost for a moment, which ends a hold: a
+      // person holds again.
+      const isOn = "!document.getElementById('go').disabled";
+      for (let holds = 0; holds < 5 && !(await evaluate(isOn)); holds++) {
+        await until(`!document.getElementById('enable').disabled || ${isOn}`);
+        if (!(await evaluate(isOn))) await page.hold('#enable');
+        for (let waits = 0; waits < 40 && !(await evaluate(isOn)); waits++) await wait(50);
+      }
+      await until(isOn);
     },
     angle: async () => parseFloat(await page.text('#angle')),
     async moveTo(deg, tolerance = 1) {
