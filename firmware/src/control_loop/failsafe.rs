@@ -1,8 +1,8 @@
 //! The reaction to the loss of the master.
 //!
-//! In the cyclic modes the master sends commands periodically: from the first one after the
-//! transition to Operation enabled, the change to a cyclic mode, or a halt, a pause of more than
-//! 2040h:1 is a loss of the master. In every mode a missing heartbeat is a loss, and so is the NMT
+//! In the cyclic modes the master sends targets periodically: from the first target of the mode
+//! after the transition to Operation enabled, the change to a cyclic mode, or a halt, a pause of
+//! more than 2040h:1 is a loss of the master. Targets of other modes do not count. In every mode a missing heartbeat is a loss, and so is the NMT
 //! state Stopped.
 //! 2040h:2 selects the reaction:
 //!
@@ -30,7 +30,7 @@ const QUICK_STOP: u8 = 5;
 /// State of the supervision of the master.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Failsafe {
-    /// Control periods since the last cyclic command, and one more; 0 before the first.
+    /// Control periods since the last target of the cyclic mode, and one more; 0 before the first.
     silent: u16,
     /// The network reports a loss: heartbeat, or the NMT state Stopped.
     lost: bool,
@@ -39,7 +39,7 @@ pub(super) struct Failsafe {
 }
 
 impl Failsafe {
-    /// Registers a cyclic command.
+    /// Registers a target of the cyclic mode.
     pub fn commanded(&mut self) {
         self.silent = 1;
     }

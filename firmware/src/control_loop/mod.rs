@@ -21,7 +21,7 @@ mod failsafe;
 mod motion;
 mod parameters;
 
-use canopen::cia402::{Axis, Cia402State};
+use canopen::cia402::{Axis, Cia402State, Mode};
 
 use self::failsafe::Failsafe;
 pub use self::{
@@ -85,6 +85,17 @@ struct Written {
     position: bool,
     velocity: bool,
     torque: bool,
+}
+
+impl Written {
+    /// Whether it is the target of this cyclic mode.
+    const fn of_cyclic_mode(&self, mode: Mode) -> bool {
+        match mode {
+            Mode::CyclicVelocity => self.velocity,
+            Mode::CyclicTorque => self.torque,
+            _ => self.position,
+        }
+    }
 }
 
 impl Loop {
@@ -294,7 +305,7 @@ impl State {
             velocity: command.velocity_writes != before.velocity_writes,
             torque: command.torque_writes != before.torque_writes,
         };
-        if written.position || written.velocity || written.torque {
+        if written.of_cyclic_mode(command.mode) {
             self.failsafe.commanded();
         }
         written

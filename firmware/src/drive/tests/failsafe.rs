@@ -172,6 +172,24 @@ fn after_a_change_to_a_cyclic_mode_the_timeout_runs_from_its_first_command() {
 }
 
 #[test]
+fn targets_of_other_modes_do_not_hide_a_lost_master() {
+    let targets = [(8, 0x607A, 4), (9, 0x60FF, 4), (10, 0x6071, 2)];
+    for (mode, own, size) in targets {
+        let mut bench = Bench::enabled(mode);
+        bench.set(own, 0, 0, size);
+        bench.received.clear();
+        // Each 20 ms, for 120 ms.
+        for _ in 0..6 {
+            for (_, other, size) in targets.iter().filter(|(_, other, _)| *other != own) {
+                bench.set(*other, 0, 0, *size);
+            }
+            bench.steps(5);
+        }
+        assert_eq!(bench.emergencies(), [(0x8130, 0x8F)], "mode {mode}");
+    }
+}
+
+#[test]
 fn a_fault_is_not_reset_before_its_reaction_has_ended() {
     let mut bench = Bench::enabled(9);
     bench.set(0x60FF, 0, 200_000, 4);
