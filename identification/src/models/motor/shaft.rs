@@ -120,9 +120,9 @@ impl<S: Scalar> Shaft<S> {
         let external_nm = self.external_nm(middle);
         let motor_nm = drive_nm - back_emf * self.rate;
         let budget = self.friction.budget_nm(self.rate, motor_nm, external_nm);
-        // J (w1 - w)/h = drive + external - k^2/R (w + w1)/2 + friction
+        // J (w1 - w)/h = drive + external - (k^2/R + b) (w + w1)/2 + friction
         let momentum = self.inertia / step;
-        let half = back_emf * 0.5;
+        let half = (back_emf + self.friction.viscous_nm_s) * 0.5;
         let stopping = (momentum - half) * self.rate + drive_nm + external_nm;
         let held = stopping.within(-budget, budget);
         let rate = (stopping - held) / (momentum + half);
