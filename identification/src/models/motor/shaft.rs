@@ -121,14 +121,37 @@ impl<S: Scalar> Shaft<S> {
         let motor_nm = drive_nm - back_emf * self.rate;
         let budget = self.friction.budget_nm(self.rate, motor_nm, external_nm);
         // J (w1 - w)/h = drive + external - (k^2/R + b) (w + w1)/2 + friction
-        let momentum = self.inertia / step;
         let half = (back_emf + self.friction.viscous_nm_s) * 0.5;
-        let stopping = (momentum - half) * self.rate + drive_nm + external_nm;
+        let torque = drive_nm + external_nm;
+        if let Some(until_rest) = self.until_rest(budget, torque - half * self.rate, step) {
+            self.turn(until_rest, S::constant(0.0));
+            return self.step(step - until_rest, input);
+        }
+        let momentum = self.inertia / step;
+        let stopping = (momentum - half) * self.rate + torque;
         let held = stopping.within(-budget, budget);
         let rate = (stopping - held) / (momentum + half);
         if rate.value() == 0.0 && self.state == ActiveLimit::Free {
             self.state = ActiveLimit::Stuck;
         }
+        self.turn(step, rate);
+    }
+
+    /// After which time a moving shaft with this torque comes to rest, if within the step: friction
+    /// then has another direction. Without this instant, which moves with each parameter, the angle
+    /// would jump by more than the resolution of an encoder.
+    fn until_rest(&self, budget: S, torque: S, step: S) -> Option<S> {
+        let sign = match self.rate.value() {
+            0.0 => return None,
+            rate => rate.signum(),
+        };
+        let until_rest = self.inertia * self.rate / (budget * sign - torque);
+        let is_within = until_rest.value() > 0.0 && until_rest.value() < step.value();
+        is_within.then_some(until_rest)
+    }
+
+    /// Turns the shaft for a time in which its rate changes to this one.
+    fn turn(&mut self, step: S, rate: S) {
         self.angle = self.angle + (self.rate + rate) * step * 0.5;
         self.rate = rate;
         if self.angle.value().abs() > self.stop.value() {
