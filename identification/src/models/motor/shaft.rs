@@ -203,6 +203,7 @@ impl<S: Scalar> Stepper<S> for Shaft<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::ParameterValues;
 
     /// The rate after a time `t_s` in which it approaches `end`, and the angle turned.
     fn approach(rate: f64, end: f64, t_s: f64, constant_s: f64) -> (f64, f64) {
