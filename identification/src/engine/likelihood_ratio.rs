@@ -167,7 +167,9 @@ pub fn reduced_to_nested(
     let Some((simple, name, beyond, nested)) = cases.min_by(|a, b| a.0.total_cmp(&b.0)) else {
         return (found, None);
     };
-    let worse = (simple - found.cost) * freedom(problem, unknowns) / found.cost;
+    // Coloured residuals are fewer than samples, and another few parameters fit them by chance.
+    let independent = independent(problem, &outcome::fits(problem, unknowns, &found.point));
+    let worse = (simple / found.cost - 1.0) * independent;
     let is_by_chance =
         chi_squared_exceeds(worse, beyond as f64) > chi_squared_exceeds(ACCIDENT, 1.0);
     if !is_by_chance {
