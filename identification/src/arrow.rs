@@ -78,3 +78,37 @@ pub fn solve(
     }
     Some(solution)
 }
+
+#[cfg(test)]
+mod tests {
+    use model_core::actuator::ModelKind;
+
+    use super::*;
+    use crate::experiment::Experiment;
+    use crate::models;
+    use crate::normal::normal;
+    use crate::problem::Problem;
+    use crate::testing::simulated;
+
+    #[test]
+    fn the_solution_satisfies_the_equations_of_several_recordings() {
+        let run = |input| {
+            let run = simulated(ModelKind::BlackBox1, input, 80, &[]);
+            Experiment::try_new(run).expect("a recording")
+        };
+        let runs = ["pulse", "3-2-1-1", "chirp"].map(run).into();
+        let model = models::named("black-box-1").expect("a model");
+        let problem = Problem::try_new(model, runs).expect("a problem");
+        let unknowns = Unknowns::of(&problem).expect("unknowns");
+        let owned = unknowns.list.iter().filter(|u| u.experiment.is_some());
+        assert!(owned.count() >= 3);
+        let at = normal(&problem, &unknowns, &unknowns.start());
+        let rows: Vec<usize> = (0..unknowns.list.len()).collect();
+        // Damped as in a search, because not every unknown acts there.
+        let entry = |i, j| at.hessian[(i, j)] + f64::from(u8::from(i == j));
+        let found = solve(&unknowns, &rows, entry, &at.gradient).expect("a solution");
+        let matrix = DMatrix::from_fn(rows.len(), rows.len(), entry);
+        let error = matrix * found - &at.gradient;
+        assert!(error.norm() < 1e-9 * at.gradient.norm(), "{error}");
+    }
+}

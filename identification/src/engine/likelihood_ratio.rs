@@ -5,8 +5,8 @@
 //! ratio, is moved beyond all observed rates; it has no standard error then.
 //!
 //! An effect that another one may take the place of, such as viscous friction that of the back-EMF,
-//! is set to zero where the recordings do not show it: elsewhere, a held-out recording may require
-//! the other one.
+//! is set to zero where the recordings do not show it: a held-out recording may require the other
+//! one.
 //!
 //! A model with a nested model always fits a little better as well, at arbitrary values of its
 //! additional parameters, and may predict held-out recordings much worse. Where the additional
@@ -14,7 +14,6 @@
 
 use super::nested::NestedStart;
 use super::{Solution, outcome};
-use crate::experiment_fit::ExperimentFit;
 use crate::levenberg::{Found, Limits, search};
 use crate::model::ActiveLimit;
 use crate::normal::{cost, normal};
@@ -98,10 +97,9 @@ pub fn without_negligible_effects(
         let mut start = found.point.clone();
         start[column] = 0.0;
         let refit = search(problem, &without, &start, limits, is_stopped);
-        let fits = outcome::fits(problem, &unknowns, &found.point);
-        let shown =
-            |refit: &Found| (refit.cost / found.cost - 1.0) * independent(problem, &fits) >= SHOWN;
-        if let Some(refit) = refit.filter(|refit| !shown(refit)) {
+        let samples = independent(problem, &unknowns, &found.point);
+        let is_hidden = |refit: &Found| (refit.cost / found.cost - 1.0) * samples < SHOWN;
+        if let Some(refit) = refit.filter(is_hidden) {
             neglected.push(column);
             (unknowns, found) = (without, refit);
         }
@@ -109,14 +107,20 @@ pub fn without_negligible_effects(
     (found, neglected)
 }
 
-/// The number of independent residuals.
-fn independent(problem: &Problem, fits: &[ExperimentFit]) -> f64 {
-    let runs = problem.experiments.iter().zip(fits);
+/// The number of independent residuals; that of all of them where no correlation is known.
+fn independent(problem: &Problem, unknowns: &Unknowns, point: &[f64]) -> f64 {
+    let fits = outcome::fits(problem, unknowns, point);
+    let runs = problem.experiments.iter().zip(&fits);
     let correlations = runs.filter_map(|(run, fit)| {
         let recording = &run.recording;
         Correlations::of(&recording.time_s, &fit.residual_deg, &recording.command_deg)
     });
-    correlations.map(|c| c.effective_samples).sum()
+    let sum: f64 = correlations.map(|c| c.effective_samples).sum();
+    if sum > 0.0 {
+        sum
+    } else {
+        freedom(problem, unknowns)
+    }
 }
 
 /// The mean square of the residuals at a limit of the rate, by that of all of them, at least 1: an
@@ -168,8 +172,8 @@ pub fn reduced_to_nested(
         return (found, None);
     };
     // Coloured residuals are fewer than samples, and another few parameters fit them by chance.
-    let independent = independent(problem, &outcome::fits(problem, unknowns, &found.point));
-    let worse = (simple / found.cost - 1.0) * independent;
+    let samples = independent(problem, unknowns, &found.point);
+    let worse = (simple / found.cost - 1.0) * samples;
     let is_by_chance =
         chi_squared_exceeds(worse, beyond as f64) > chi_squared_exceeds(ACCIDENT, 1.0);
     if !is_by_chance {

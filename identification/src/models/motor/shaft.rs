@@ -2,7 +2,8 @@
 //!
 //! Each step is the implicit midpoint rule for the smooth terms, and the stopping torque for
 //! friction: a shaft at rest whose torque is within the friction budget keeps a rate of exactly
-//! zero. The error of a step is of third order as long as the direction of motion does not change.
+//! zero. A step in which the shaft comes to rest is divided at that instant, because friction then
+//! has another direction. The error of a step is of third order.
 
 use crate::hybrid::{Caching, Command, Stepper};
 use crate::model::ActiveLimit;
@@ -137,9 +138,9 @@ impl<S: Scalar> Shaft<S> {
         self.turn(step, rate);
     }
 
-    /// After which time a moving shaft with this torque comes to rest, if within the step: friction
-    /// then has another direction. Without this instant, which moves with each parameter, the angle
-    /// would jump by more than the resolution of an encoder.
+    /// After which time a moving shaft with this torque comes to rest, if within the step. Without
+    /// this instant, which moves with each parameter, the angle would jump by more than the
+    /// resolution of an encoder.
     fn until_rest(&self, budget: S, torque: S, step: S) -> Option<S> {
         let sign = match self.rate.value() {
             0.0 => return None,
