@@ -17,8 +17,8 @@ from searches import TOOLS
 PAGE = """# Other tools on the same recordings
 
 `bindings/python/benches/compare_tools` has written this page: {date}, commit `{commit}`, {machine},
-load {load:.1f}: times are longer than on an idle machine. The recordings are of servos with a pendulum, from [BAM](https://github.com/Rhoban/bam); the command
-takes folders with recordings of others.
+load {load:.1f}: times are longer than on an idle machine. The recordings are of servos with a pendulum, from
+[BAM](https://github.com/Rhoban/bam); the command takes folders with recordings of others.
 
 ## Prediction
 
