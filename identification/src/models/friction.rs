@@ -62,6 +62,7 @@ pub struct Friction<S> {
     coulomb: S,
     /// Viscous friction, Nm s/rad.
     pub viscous_nm_s: S,
+    has_stribeck: bool,
     stribeck: S,
     stribeck_rad_s: S,
     exponent: S,
@@ -87,6 +88,7 @@ impl<S: Scalar> Friction<S> {
         Self {
             coulomb: p.coulomb_friction_nm,
             viscous_nm_s: p.viscous_friction_nm_s_deg * (1.0 / degree),
+            has_stribeck: has_coefficient(model, "stribeck_friction_nm"),
             stribeck: term("stribeck_friction_nm", p.stribeck_friction_nm),
             stribeck_rad_s: p.stribeck_rate_deg_s * degree,
             exponent: p.stribeck_exponent,
@@ -110,9 +112,13 @@ impl<S: Scalar> Friction<S> {
     /// viscous one, which has no jump.
     pub fn budget_nm(&self, rate_rad_s: S, motor_nm: S, external_nm: S) -> S {
         let of_load = |[motor, external]: [S; 2]| (external * external_nm - motor * motor_nm).abs();
+        let moving = self.coulomb + of_load(self.load);
+        if !self.has_stribeck {
+            return moving;
+        }
         let at_rest =
             self.stribeck + of_load(self.load_stribeck) + self.quadratic_nm(motor_nm, external_nm);
-        self.coulomb + of_load(self.load) + at_rest * self.share(rate_rad_s)
+        moving + at_rest * self.share(rate_rad_s)
     }
 
     /// The Stribeck share `exp(-|w/ws|^a)`.
