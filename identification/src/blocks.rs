@@ -130,15 +130,25 @@ impl Blocks {
         blocks
     }
 
-    /// Gradient and information of the selected stretches by all unknowns and the drift.
-    pub fn sum(&self, selected: impl Fn(&Block) -> bool) -> (DVector<f64>, DMatrix<f64>) {
-        let mut gradient = DVector::zeros(self.width + 1);
-        let mut information = DMatrix::zeros(self.width + 1, self.width + 1);
+    /// Gradient and information of the selected stretches by these unknowns; the drift is the one
+    /// after the last.
+    pub fn sum(
+        &self,
+        rows: &[usize],
+        selected: impl Fn(&Block) -> bool,
+    ) -> (DVector<f64>, DMatrix<f64>) {
+        let mut gradient = DVector::zeros(rows.len());
+        let mut information = DMatrix::zeros(rows.len(), rows.len());
+        let mut places = vec![None; self.width + 1];
+        for (place, row) in rows.iter().enumerate() {
+            places[*row] = Some(place);
+        }
         for block in self.list.iter().filter(|block| selected(block)) {
             let columns = &self.columns[block.experiment];
-            for (a, &row) in columns.iter().enumerate() {
+            let own = || columns.iter().enumerate();
+            for (a, row) in own().filter_map(|(a, column)| Some((a, places[*column]?))) {
                 gradient[row] += block.gradient[a];
-                for (b, &column) in columns.iter().enumerate() {
+                for (b, column) in own().filter_map(|(b, column)| Some((b, places[*column]?))) {
                     information[(row, column)] += block.information[(a, b)];
                 }
             }

@@ -8,6 +8,7 @@
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 
+use super::arrow;
 use super::blocks::{Block, Blocks};
 use super::covariance::Covariance;
 use super::problem::Problem;
@@ -72,23 +73,18 @@ impl Consistency {
         blocks: &Blocks,
         covariance: &Covariance,
     ) -> Self {
-        let test = Test { blocks, covariance };
+        let sums = Sums { unknowns, blocks };
+        let test = Test::of(sums, covariance);
         let mut differences = Vec::new();
-        let count = problem.experiments.len();
-        let parts = match count {
-            1 => vec![Part::FirstHalf],
-            _ => (0..count).map(Part::Recording).collect(),
-        };
         for (row, &unknown) in covariance.rows.iter().enumerate() {
             let declared = unknowns.list[unknown];
-            let is_shared = declared.experiment.is_none() || count == 1;
             let parameter = &problem.model.parameters()[declared.parameter];
             let is_within = point[unknown] > declared.low && point[unknown] < declared.high;
-            if !is_shared || !is_within || parameter.is_initial_state {
+            if !sums.is_shared(unknown) || !is_within || parameter.is_initial_state {
                 continue;
             }
-            let tested = parts.iter().filter_map(|&part| {
-                let (there, elsewhere, z) = test.difference(row, unknown, part)?;
+            let tested = test.parts.iter().filter_map(|(part, sum)| {
+                let (there, elsewhere, z) = test.difference(row, unknown, sum)?;
                 let values = [there, elsewhere].map(|(step, error)| {
                     let value = (point[unknown] + step).clamp(declared.low, declared.high);
                     (value, error)
@@ -97,7 +93,7 @@ impl Consistency {
                     unknown,
                     name: parameter.name,
                     unit: parameter.unit,
-                    part,
+                    part: *part,
                     there: values[0],
                     elsewhere: values[1],
                     z,
@@ -113,62 +109,121 @@ impl Consistency {
     }
 }
 
-struct Test<'a> {
+/// Gradient and information by the shared unknowns of a part of the recordings, at the best values
+/// of the unknowns that belong to a recording.
+type Sum = (DVector<f64>, DMatrix<f64>);
+
+#[derive(Clone, Copy)]
+struct Sums<'a> {
+    unknowns: &'a Unknowns,
     blocks: &'a Blocks,
+}
+
+impl Sums<'_> {
+    /// Whether all recordings share an unknown, or the drift, which follows the unknowns.
+    fn is_shared(&self, row: usize) -> bool {
+        let Some(unknown) = self.unknowns.list.get(row) else {
+            return true;
+        };
+        unknown.experiment.is_none() || self.unknowns.runs.len() == 1
+    }
+
+    /// Of the selected stretches of one recording, or of the only one.
+    fn of(&self, rows: &[usize], recording: usize, is_it: impl Fn(&Block) -> bool) -> Option<Sum> {
+        let (shared, own): (Vec<usize>, Vec<usize>) = rows
+            .iter()
+            .filter(|row| {
+                self.is_shared(**row) || self.unknowns.list[**row].experiment == Some(recording)
+            })
+            .partition(|row| self.is_shared(**row));
+        let (count, owned) = (shared.len(), own.len());
+        let selected = |block: &Block| block.experiment == recording && is_it(block);
+        let (gradient, information) = self.blocks.sum(&[shared, own].concat(), selected);
+        let of_shared = gradient.rows(0, count).into_owned();
+        let matrix = information.view((0, 0), (count, count)).into_owned();
+        let one = arrow::eliminate(
+            information
+                .view((count, count), (owned, owned))
+                .into_owned(),
+            &information.view((count, 0), (owned, count)).into_owned(),
+            &gradient.rows(count, owned).into_owned(),
+        )?;
+        Some((of_shared - one.right, matrix - one.matrix))
+    }
+
+    /// Of each recording that determines its own unknowns.
+    fn of_each(&self, rows: &[usize]) -> Vec<(usize, Sum)> {
+        let recordings = 0..self.unknowns.runs.len();
+        recordings
+            .filter_map(|index| Some((index, self.of(rows, index, |_| true)?)))
+            .collect()
+    }
+}
+
+/// The sum over recordings; `None` of none.
+fn total(sums: &[(usize, Sum)]) -> Option<Sum> {
+    let sums = sums.iter().map(|(_, sum)| sum.clone());
+    sums.reduce(|a, b| (a.0 + b.0, a.1 + b.1))
+}
+
+struct Test<'a> {
     covariance: &'a Covariance,
+    /// The shared unknowns, in the order of the sums.
+    shared: Vec<usize>,
+    parts: Vec<(Part, Sum)>,
+    all: Option<Sum>,
 }
 
 /// A step of a value, and the standard error of the value.
 type Step = (f64, f64);
 
-impl Test<'_> {
-    /// The steps of an unknown in a part and elsewhere, and their difference in standard errors.
-    fn difference(&self, row: usize, unknown: usize, part: Part) -> Option<(Step, Step, f64)> {
-        let is_there = |block: &Block| match part {
-            Part::FirstHalf => block.place < 0.5,
-            Part::Recording(index) => block.experiment == index,
+impl<'a> Test<'a> {
+    fn of(sums: Sums<'_>, covariance: &'a Covariance) -> Self {
+        let rows = &covariance.rows;
+        let recordings = sums.of_each(rows);
+        let all = total(&recordings);
+        let parts = if sums.unknowns.runs.len() == 1 {
+            let first = sums.of(rows, 0, |block| block.place < 0.5);
+            Vec::from_iter(first.map(|sum| (Part::FirstHalf, sum)))
+        } else {
+            let part = |(index, sum)| (Part::Recording(index), sum);
+            recordings.into_iter().map(part).collect()
         };
-        let (there, of_there) = self.blocks.sum(is_there);
-        let (all, of_all) = self.blocks.sum(|_| true);
-        let rows = &self.covariance.rows;
+        let shared = rows.iter().copied().filter(|row| sums.is_shared(*row));
+        Self {
+            covariance,
+            shared: shared.collect(),
+            parts,
+            all,
+        }
+    }
+
+    /// The steps of an unknown in a part and elsewhere, and their difference in standard errors.
+    fn difference(&self, row: usize, unknown: usize, there: &Sum) -> Option<(Step, Step, f64)> {
+        let (of_all, of_there) = (self.all.as_ref()?, there);
+        let own = self.shared.iter().position(|other| *other == unknown)?;
         // The unknown elsewhere takes its own row, the unknown there a row at the end.
-        let n = rows.len();
+        let n = self.shared.len();
         let entry = |a: usize, b: usize| match (a == n, b == n) {
-            (true, true) => of_there[(unknown, unknown)],
-            (true, false) | (false, true) => {
-                let other = rows[a.min(b)];
-                if other == unknown {
-                    0.0
-                } else {
-                    of_there[(unknown, other)]
-                }
-            }
-            (false, false) => {
-                let (i, j) = (rows[a], rows[b]);
-                // Only samples elsewhere act on the unknown elsewhere.
-                if i == unknown || j == unknown {
-                    of_all[(i, j)] - of_there[(i, j)]
-                } else {
-                    of_all[(i, j)]
-                }
-            }
+            (true, true) => of_there.1[(own, own)],
+            (true, false) | (false, true) if a.min(b) == own => 0.0,
+            (true, false) | (false, true) => of_there.1[(own, a.min(b))],
+            // Only samples elsewhere act on the unknown elsewhere.
+            _ if a == own || b == own => of_all.1[(a, b)] - of_there.1[(a, b)],
+            _ => of_all.1[(a, b)],
         };
         let matrix = DMatrix::from_fn(n + 1, n + 1, entry);
-        let gradient = DVector::from_fn(n + 1, |a, _| {
-            if a == n {
-                there[unknown]
-            } else if rows[a] == unknown {
-                all[unknown] - there[unknown]
-            } else {
-                all[rows[a]]
-            }
+        let gradient = DVector::from_fn(n + 1, |a, _| match a {
+            _ if a == n => of_there.0[own],
+            _ if a == own => of_all.0[own] - of_there.0[own],
+            _ => of_all.0[a],
         });
         let (step, inverse) = solved(&matrix, &gradient)?;
         let variance = self.variance(row);
         let error = |a: usize| (variance * inverse[(a, a)]).sqrt();
-        let of_difference = inverse[(n, n)] + inverse[(row, row)] - 2.0 * inverse[(n, row)];
-        let z = (step[n] - step[row]) / (variance * of_difference).sqrt();
-        let steps = ((step[n], error(n)), (step[row], error(row)));
+        let of_difference = inverse[(n, n)] + inverse[(own, own)] - 2.0 * inverse[(n, own)];
+        let z = (step[n] - step[own]) / (variance * of_difference).sqrt();
+        let steps = ((step[n], error(n)), (step[own], error(own)));
         z.is_finite().then_some((steps.0, steps.1, z))
     }
 
@@ -184,16 +239,22 @@ impl Test<'_> {
 
 /// The step of the drift from zero beside those of all unknowns, for residuals of this standard
 /// deviation; `None` where it cannot be distinguished from them.
-pub(super) fn drift_step(blocks: &Blocks, width: usize, deviation_deg: f64) -> Option<Drift> {
-    let (gradient, information) = blocks.sum(|_| true);
+pub(super) fn drift_step(
+    blocks: &Blocks,
+    unknowns: &Unknowns,
+    deviation_deg: f64,
+) -> Option<Drift> {
+    let width = unknowns.list.len();
+    let all: Vec<usize> = (0..=width).collect();
+    let information = blocks.sum(&all, |_| true).1;
     let acts = |row: &usize| information[(*row, *row)] > 0.0;
     if !acts(&width) {
         return None;
     }
-    let rows: Vec<usize> = (0..=width).filter(acts).collect();
-    let matrix = information.select_rows(&rows).select_columns(&rows);
-    let (step, inverse) = solved(&matrix, &gradient.select_rows(&rows))?;
-    let last = rows.len() - 1;
+    let rows: Vec<usize> = all.into_iter().filter(acts).collect();
+    let sum = total(&Sums { unknowns, blocks }.of_each(&rows))?;
+    let (step, inverse) = solved(&sum.1, &sum.0)?;
+    let last = step.len() - 1;
     // A delay that grows with the time is an angle whose clock is fast: sampled later than
     // labelled, it is ahead.
     Some(Drift {

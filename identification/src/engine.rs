@@ -123,7 +123,14 @@ pub fn fit_from(
         &options.limits,
         &is_stopped,
     );
-    Ok(outcome::fit(problem, &solution))
+    let (found, neglected) = likelihood_ratio::without_negligible_effects(
+        problem,
+        &solution,
+        &options.limits,
+        &is_stopped,
+    );
+    solution.found = found;
+    Ok(outcome::fit(problem, &solution, &neglected))
 }
 
 /// The optimum of a model.

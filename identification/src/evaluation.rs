@@ -2,6 +2,7 @@
 //! the truth, or the result says that they cannot.
 
 mod fault;
+mod motor;
 mod system;
 
 use model_core::named::Named;
@@ -9,6 +10,7 @@ use model_core::sensors::noise::Noise;
 
 pub use fault::Fault;
 use fault::{spoil, uniform};
+pub(crate) use motor::unloaded;
 use system::{FINER, System, resampled};
 
 use super::assessment::Assessment;
@@ -47,6 +49,12 @@ pub fn outcome(fault: Fault, seed: u64) -> Option<Outcome> {
 /// The fit of such a recording, and the true parameters.
 pub fn assessed(fault: Fault, seed: u64) -> Option<(Assessment, Vec<(&'static str, f64)>)> {
     let mut noise = Noise::new(seed, 4242);
+    if fault == Fault::UnloadedMotor {
+        let (run, truth) = unloaded(&mut noise)?;
+        let run = Experiment::try_new(noisy(run, seed)).ok()?;
+        let problem = Problem::try_new(models::named("motor-m1")?, vec![run]).ok()?;
+        return Some((fitted(&problem, &Options::default())?, truth));
+    }
     let mut system = System::of(&mut noise, !seed.is_multiple_of(2));
     let inputs = ["pulse", "variable-step", "3-2-1-1", "prbs"];
     let smooth = ["chirp", "multisine"];
@@ -98,9 +106,12 @@ pub fn assessed(fault: Fault, seed: u64) -> Option<(Assessment, Vec<(&'static st
             .ok()?;
         problem.start("gain", uniform(&mut noise, -2.0, 3.0)).ok()?;
     }
-    let fit = fit(&problem, &options, &Quiet).ok()?;
-    let assessment = Assessment::of("", &problem, fit, &[]).ok()?;
-    Some((assessment, system.truth))
+    Some((fitted(&problem, &options)?, system.truth))
+}
+
+fn fitted(problem: &Problem, options: &Options) -> Option<Assessment> {
+    let fit = fit(problem, options, &Quiet).ok()?;
+    Assessment::of("", problem, fit, &[]).ok()
 }
 
 fn judged(assessment: &Assessment, truth: &[(&'static str, f64)]) -> Outcome {
@@ -111,17 +122,36 @@ fn judged(assessment: &Assessment, truth: &[(&'static str, f64)]) -> Outcome {
             || screening::suspicion(recording, gain).is_some(),
         ..Outcome::default()
     };
-    for (name, truth) in truth {
-        let Some(estimate) = assessment.fit.estimate(name).filter(|e| e.identifiable) else {
-            continue;
-        };
-        let error = estimate
-            .standard_error
-            .max(estimate.standard_error_coloured);
-        if error.is_nan() {
+    let fit = &assessment.fit;
+    let known = |name: &str| {
+        truth
+            .iter()
+            .find(|(other, _)| *other == name)
+            .map(|(_, value)| *value)
+    };
+    let estimates = fit.estimates.iter().filter(|e| e.identifiable && !e.fixed);
+    let estimates = estimates.filter_map(|e| {
+        let error = e.standard_error.max(e.standard_error_coloured);
+        Some((e.name, e.value - known(e.name)?, error))
+    });
+    // Ratios of an unloaded motor; other powers hold near the estimate, and the truth may be far.
+    let ratios = fit
+        .combinations
+        .iter()
+        .filter(|c| c.is_product && c.terms.iter().all(|(_, power)| power.abs() == 1.0));
+    let ratios = ratios.filter_map(|c| {
+        let powers = c.terms.iter();
+        let powers =
+            powers.map(|(index, power)| Some(known(fit.estimates[*index].name)?.powf(*power)));
+        let truth = powers.product::<Option<f64>>()?;
+        let error = c.standard_error.max(c.standard_error_coloured);
+        Some((fit.estimates[c.terms[0].0].name, c.value - truth, error))
+    });
+    for (name, distance, error) in estimates.chain(ratios) {
+        let off = distance.abs() / error;
+        if off.is_nan() {
             continue;
         }
-        let off = (estimate.value - truth).abs() / error;
         outcome.intervals += 1;
         outcome.covered += usize::from(off <= two_sided(COVERED));
         if off > outcome.worst {

@@ -7,8 +7,9 @@
 //! predicted decrease (Nielsen, IMM-REP-1999-05). A step to a cost of NaN counts as one without a
 //! decrease.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{DMatrix, DVector};
 
+use super::arrow;
 use super::normal::{Normal, cost, normal};
 use super::problem::Problem;
 use super::unknowns::{Unknown, Unknowns};
@@ -242,9 +243,8 @@ impl Search<'_> {
             };
             self.here.hessian[(row, column)] + damping
         };
-        let matrix = DMatrix::from_fn(n, n, entry);
         let gradient = DVector::from_fn(n, |i, _| self.here.gradient[movable[i]]);
-        let step = -Cholesky::new(matrix)?.solve(&gradient);
+        let step = -arrow::solve(self.unknowns, movable, entry, &gradient)?;
         let damped: f64 = (0..n)
             .map(|i| self.scale[movable[i]] * step[i].powi(2))
             .sum();

@@ -12,6 +12,7 @@
 //! The crate is at the top level because it needs only `model-core`: command line, Python and the
 //! study use it without the simulator, and the simulator's pages present its results.
 
+mod arrow;
 pub mod assessment;
 mod blocks;
 pub mod bounded_file;

@@ -19,7 +19,7 @@ pub struct Normal {
     pub samples: usize,
 }
 
-/// Samples of an experiment from which it is evaluated in its own thread.
+/// Samples that are evaluated in one thread at least.
 const WORTH_A_THREAD: usize = 4000;
 
 /// Half the sum of squared residuals, deg^2.
@@ -75,12 +75,14 @@ fn part(problem: &Problem, unknowns: &Unknowns, point: &[f64], experiment: usize
     }
 }
 
-/// Applies a function to each experiment, in parallel where they are long enough.
+/// Applies a function to each experiment, in as many threads as there are samples for.
 fn over_experiments<T: Send>(problem: &Problem, f: impl Fn(usize) -> T + Sync + Send) -> Vec<T> {
     let count = problem.experiments.len();
     let samples: usize = problem.experiments.iter().map(|e| e.len()).sum();
-    if count > 1 && samples / count > WORTH_A_THREAD {
-        (0..count).into_par_iter().map(f).collect()
+    let of_thread = (WORTH_A_THREAD * count).div_ceil(samples.max(1));
+    if of_thread < count {
+        let all = (0..count).into_par_iter().with_min_len(of_thread);
+        all.map(f).collect()
     } else {
         (0..count).map(f).collect()
     }

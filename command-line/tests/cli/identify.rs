@@ -33,13 +33,13 @@ fn a_report_is_one_file_and_a_comparison_names_the_sufficient_model() {
 fn a_fit_that_has_not_converged_has_a_status_of_its_own_and_determines_nothing() {
     let cli = Cli::new();
     cli.text("simulate board --plant bench --input 3-2-1-1 --every 80 --csv run.csv");
-    // Only the ratios of torque constant, inertia and friction show.
-    let fit = "identify run.csv --model motor-m1 --starts 1 --fix winding_resistance_ohm=7.7 \
+    // One search from such a delay reaches its limit of iterations.
+    let fit = "identify run.csv --model motor-m4 --starts 1 --start delay_s=0.3 \
         --parameters open.toml";
     let run = cli.actuator(fit).assert().code(3);
     let error = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
     assert!(
-        error.contains("error: the search has not converged: the values of motor-m1"),
+        error.contains("error: the search has not converged: the values of motor-m4"),
         "{error}"
     );
     let file: toml::Table = cli.read("open.toml").parse().expect("TOML");

@@ -7,6 +7,8 @@ mod warnings;
 
 use std::sync::Arc;
 
+use rayon::prelude::*;
+
 pub use crate::limited::{Limited, Stretch};
 pub use nonparametric::NonparametricAnalysis;
 
@@ -81,7 +83,7 @@ impl Assessment {
         fit: Fit,
         held_out: &[Experiment],
     ) -> Result<Self, IdentifyError> {
-        let fitted = problem.experiments.iter().zip(&fit.experiments);
+        let fitted = problem.experiments.par_iter().zip(&fit.experiments);
         let assessed = |(experiment, fit): (&Experiment, &ExperimentFit)| {
             Assessed::of(experiment.recording.clone(), fit.clone())
         };
@@ -91,7 +93,7 @@ impl Assessment {
             Ok(Assessed::of(experiment.recording.clone(), fit))
         };
         let validation = held_out
-            .iter()
+            .par_iter()
             .map(predicted)
             .collect::<Result<_, IdentifyError>>()?;
         let known = experiments.iter().filter_map(|e| e.correlations.as_ref());

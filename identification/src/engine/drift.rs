@@ -66,7 +66,7 @@ pub fn of(
         let scaled = plain.with_experiments(runs.collect());
         let found = search(&scaled, unknowns, from, limits, &|| false)?;
         let blocks = Blocks::of(&scaled, unknowns, &found.point, &|residual| residual);
-        let step = drift_step(&blocks, found.point.len(), deviation_deg(found.cost))?;
+        let step = drift_step(&blocks, unknowns, deviation_deg(found.cost))?;
         Some((share, found, step))
     };
     let without = near(0.0, &found.point, &TRIAL)?;

@@ -116,7 +116,8 @@ pub fn profiles(
     if !at_bound.contains(&true) {
         return ends;
     }
-    let (gradient, information) = blocks.sum(|_| true);
+    let all: Vec<usize> = (0..found.point.len()).collect();
+    let (gradient, information) = blocks.sum(&all, |_| true);
     let rows: Vec<usize> = covariance
         .rows
         .iter()
@@ -137,18 +138,23 @@ pub fn profiles(
         let cross = DVector::from_fn(rows.len(), |i, _| information[(rows[i], unknown)]);
         let by_others = others.as_ref().map_or(0.0, |o| cross.dot(&o.solve(&cross)));
         let curvature = (own - by_others).max(0.0);
-        let slope = gradient[unknown].abs();
+        let inward = if found.point[unknown] <= unknowns.list[unknown].low {
+            1.0
+        } else {
+            -1.0
+        };
+        // Negative where the cost decreases inward, as of a neglected effect.
+        let slope = -inward * gradient[unknown];
         let allowed = 0.5 * (two_sided(COVERED) * covariance.noise_deg).powi(2);
         let root = (slope * slope + 2.0 * curvature * allowed).sqrt();
         let away = 2.0 * allowed / (slope + root);
         let declared = &unknowns.list[unknown];
         let at = found.point[unknown];
-        let inward = if at <= declared.low { 1.0 } else { -1.0 };
         if away.is_finite() {
             let end = (at + inward * away).clamp(declared.low, declared.high);
             ends[unknown] = (
                 end,
-                slope / (larger * covariance.noise_deg * curvature.sqrt()),
+                slope.max(0.0) / (larger * covariance.noise_deg * curvature.sqrt()),
             );
         }
     }

@@ -4,22 +4,29 @@
 //! it cuts off noise. A limit without which the other parameters fit as well, by the likelihood
 //! ratio, is moved beyond all observed rates; it has no standard error then.
 //!
+//! An effect that another one may take the place of, such as viscous friction that of the back-EMF,
+//! is set to zero where the recordings do not show it: a held-out recording may require the other
+//! one.
+//!
 //! A model with a nested model always fits a little better as well, at arbitrary values of its
 //! additional parameters, and may predict held-out recordings much worse. Where the additional
 //! parameters are not significant, the model is reported at the optimum of the nested one.
 
 use super::nested::NestedStart;
-use super::outcome;
+use super::{Solution, outcome};
 use crate::levenberg::{Found, Limits, search};
 use crate::model::ActiveLimit;
 use crate::normal::{cost, normal};
 use crate::problem::Problem;
-use crate::statistics::distributions::chi_squared_exceeds;
-use crate::unknowns::Unknowns;
+use crate::statistics::{Correlations, distributions::chi_squared_exceeds};
+use crate::unknowns::{Unknown, Unknowns};
 
 /// Threshold of twice the logarithm of the likelihood ratio: one insignificant parameter exceeds it
 /// in one case of six hundred (chi-squared, one degree of freedom).
 const ACCIDENT: f64 = 10.0;
+
+/// The same of an effect that recordings show: two standard errors.
+const SHOWN: f64 = 4.0;
 
 /// Value above which a limit is certainly significant, so that no search without it is needed.
 const HOPELESS: f64 = 1e4;
@@ -58,6 +65,62 @@ pub fn without_insignificant_limits(
         }
     }
     found
+}
+
+/// The optimum with every negligible effect at zero that the recordings do not show, and the
+/// unknowns of these effects.
+pub fn without_negligible_effects(
+    problem: &Problem,
+    solution: &Solution,
+    limits: &Limits,
+    is_stopped: &(dyn Fn() -> bool + Sync),
+) -> (Found, Vec<usize>) {
+    let (mut found, mut neglected) = (solution.found.clone(), Vec::new());
+    let mut unknowns = solution.unknowns.clone();
+    let parameter = |unknown: &Unknown| &problem.model.parameters()[unknown.parameter];
+    let nested = problem.model.nested_models().into_iter();
+    let nested = nested.filter(|nested| solution.no_better_than == Some(nested.name()));
+    for nested in nested {
+        // The estimates remain those of the nested model.
+        let list = unknowns.list.iter_mut().zip(&found.point);
+        let fixed = list.filter(|(u, _)| nested.is_fixed_by_default(parameter(u).name));
+        fixed.for_each(|(unknown, at)| (unknown.low, unknown.high) = (*at, *at));
+    }
+    for column in 0..unknowns.list.len() {
+        let unknown = unknowns.list[column];
+        let is_candidate = parameter(&unknown).is_negligible && unknown.low == 0.0;
+        if !is_candidate || found.point[column] == 0.0 || is_stopped() {
+            continue;
+        }
+        let mut without = unknowns.clone();
+        without.list[column].high = 0.0;
+        let mut start = found.point.clone();
+        start[column] = 0.0;
+        let refit = search(problem, &without, &start, limits, is_stopped);
+        let samples = independent(problem, &unknowns, &found.point);
+        let is_hidden = |refit: &Found| (refit.cost / found.cost - 1.0) * samples < SHOWN;
+        if let Some(refit) = refit.filter(is_hidden) {
+            neglected.push(column);
+            (unknowns, found) = (without, refit);
+        }
+    }
+    (found, neglected)
+}
+
+/// The number of independent residuals; that of all of them where no correlation is known.
+fn independent(problem: &Problem, unknowns: &Unknowns, point: &[f64]) -> f64 {
+    let fits = outcome::fits(problem, unknowns, point);
+    let runs = problem.experiments.iter().zip(&fits);
+    let correlations = runs.filter_map(|(run, fit)| {
+        let recording = &run.recording;
+        Correlations::of(&recording.time_s, &fit.residual_deg, &recording.command_deg)
+    });
+    let sum: f64 = correlations.map(|c| c.effective_samples).sum();
+    if sum > 0.0 {
+        sum
+    } else {
+        freedom(problem, unknowns)
+    }
 }
 
 /// The mean square of the residuals at a limit of the rate, by that of all of them, at least 1: an
@@ -108,7 +171,9 @@ pub fn reduced_to_nested(
     let Some((simple, name, beyond, nested)) = cases.min_by(|a, b| a.0.total_cmp(&b.0)) else {
         return (found, None);
     };
-    let worse = (simple - found.cost) * freedom(problem, unknowns) / found.cost;
+    // Coloured residuals are fewer than samples, and another few parameters fit them by chance.
+    let samples = independent(problem, unknowns, &found.point);
+    let worse = (simple / found.cost - 1.0) * samples;
     let is_by_chance =
         chi_squared_exceeds(worse, beyond as f64) > chi_squared_exceeds(ACCIDENT, 1.0);
     if !is_by_chance {

@@ -21,8 +21,9 @@ const VAGUE: f64 = 0.5;
 /// Weight below which a sample is listed as an outlier.
 const OUTLIER_WEIGHT: f64 = 0.1;
 
-/// The fit at the end of a search.
-pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
+/// The fit at the end of a search; the unknowns of `neglected` are at zero because the recordings do
+/// not show them.
+pub fn fit(problem: &Problem, solution: &Solution, neglected: &[usize]) -> Fit {
     let Solution {
         unknowns, found, ..
     } = solution;
@@ -32,7 +33,9 @@ pub fn fit(problem: &Problem, solution: &Solution) -> Fit {
     let at_bound: Vec<bool> = bounds.iter().map(Option::is_some).collect();
     // A limit of the search does not determine a parameter, and the others not beside it.
     let is_zero = |(bound, at): (&Option<Bound>, &f64)| *bound == Some(Bound::Low) && *at == 0.0;
-    let is_held: Vec<bool> = bounds.iter().zip(&found.point).map(is_zero).collect();
+    let mut is_held: Vec<bool> = bounds.iter().zip(&found.point).map(is_zero).collect();
+    // The errors of the others include that it may not be zero.
+    neglected.iter().for_each(|column| is_held[*column] = false);
     let experiments = fits(problem, unknowns, &found.point);
     let misfit = Misfit::of(&problem.experiments, &experiments);
     let (mut covariance, blocks) = covariance(problem, unknowns, found, &is_held, &experiments);

@@ -47,11 +47,13 @@ pub enum Fault {
     PoorStart,
     /// 50 Hz, with steps of the command between the samples.
     Asynchronous,
+    /// A motor without a load, of which only ratios are observable.
+    UnloadedMotor,
 }
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Self; 20] = [
+    pub const ALL: [Self; 21] = [
         Self::None,
         Self::HeldSmoothCommand,
         Self::ZeroReadings,
@@ -72,6 +74,7 @@ impl Fault {
         Self::TimeAsCommand,
         Self::PoorStart,
         Self::Asynchronous,
+        Self::UnloadedMotor,
     ];
 
     /// In words.
@@ -97,6 +100,7 @@ impl Fault {
             Self::TimeAsCommand => "time as command",
             Self::PoorStart => "one search from a poor start",
             Self::Asynchronous => "steps between samples at 50 Hz",
+            Self::UnloadedMotor => "unloaded motor: ratios",
         }
     }
 }

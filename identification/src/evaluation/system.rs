@@ -109,16 +109,25 @@ impl System {
     }
 
     fn angles(&self, run: &Experiment) -> Option<Vec<f64>> {
-        let model = models::named(self.kind.name())?;
-        let value = |p: &ModelParameter| {
-            let known = self.truth.iter().find(|(name, _)| *name == p.name);
-            known.map_or(p.default, |(_, value)| *value)
-        };
-        let values: Vec<f64> = model.parameters().iter().map(value).collect();
-        let mut angles = vec![0.0; run.len()];
-        model.simulate(run, &values, &mut |i, sample| angles[i] = sample.angle_deg);
-        Some(angles)
+        response(self.kind.name(), &self.truth, run)
     }
+}
+
+/// The angles of a model with these parameters, those that the recording knows, and the defaults of
+/// the others.
+pub fn response(model: &str, truth: &[(&str, f64)], run: &Experiment) -> Option<Vec<f64>> {
+    let model = models::named(model)?;
+    let value = |p: &ModelParameter| {
+        let known = truth.iter().find(|(name, _)| *name == p.name);
+        let known = known.map(|(_, value)| value);
+        *known
+            .or(run.recording.constants.get(p.name))
+            .unwrap_or(&p.default)
+    };
+    let values: Vec<f64> = model.parameters().iter().map(value).collect();
+    let mut angles = vec![0.0; run.len()];
+    model.simulate(run, &values, &mut |i, sample| angles[i] = sample.angle_deg);
+    Some(angles)
 }
 
 /// The instants of the fine samples that a faulty clock takes.

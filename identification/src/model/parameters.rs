@@ -22,6 +22,9 @@ pub struct ModelParameter {
     pub is_initial_state: bool,
     /// Whether it is a limit, which has no effect while it is not reached.
     pub is_limit: bool,
+    /// Whether it is zero unless the recordings show it: an effect that others may take the place
+    /// of.
+    pub is_negligible: bool,
 }
 
 impl Deref for ModelParameter {
@@ -48,6 +51,7 @@ impl ModelParameter {
                     is_fixed: false,
                     is_initial_state: false,
                     is_limit: false,
+                    is_negligible: false,
                 };
             }
             i += 1;
@@ -85,6 +89,12 @@ impl ModelParameter {
     /// Part of the initial state of a recording.
     pub const fn initial_state(mut self) -> Self {
         self.is_initial_state = true;
+        self
+    }
+
+    /// Zero unless the recordings show it.
+    pub const fn negligible(mut self) -> Self {
+        self.is_negligible = true;
         self
     }
 

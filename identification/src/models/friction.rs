@@ -60,7 +60,9 @@ pub fn neutral_value(name: &str, nested: &NestedOptimum<'_>) -> Option<f64> {
 #[derive(Clone, Copy)]
 pub struct Friction<S> {
     coulomb: S,
-    viscous_nm_s: S,
+    /// Viscous friction, Nm s/rad.
+    pub viscous_nm_s: S,
+    has_stribeck: bool,
     stribeck: S,
     stribeck_rad_s: S,
     exponent: S,
@@ -86,6 +88,7 @@ impl<S: Scalar> Friction<S> {
         Self {
             coulomb: p.coulomb_friction_nm,
             viscous_nm_s: p.viscous_friction_nm_s_deg * (1.0 / degree),
+            has_stribeck: has_coefficient(model, "stribeck_friction_nm"),
             stribeck: term("stribeck_friction_nm", p.stribeck_friction_nm),
             stribeck_rad_s: p.stribeck_rate_deg_s * degree,
             exponent: p.stribeck_exponent,
@@ -105,15 +108,17 @@ impl<S: Scalar> Friction<S> {
     }
 
     /// The greatest torque of friction, Nm, as
-    /// [`budget_nm`](model_core::plant::drivetrain::friction::Friction::budget_nm).
+    /// [`budget_nm`](model_core::plant::drivetrain::friction::Friction::budget_nm), without the
+    /// viscous one, which has no jump.
     pub fn budget_nm(&self, rate_rad_s: S, motor_nm: S, external_nm: S) -> S {
         let of_load = |[motor, external]: [S; 2]| (external * external_nm - motor * motor_nm).abs();
+        let moving = self.coulomb + of_load(self.load);
+        if !self.has_stribeck {
+            return moving;
+        }
         let at_rest =
             self.stribeck + of_load(self.load_stribeck) + self.quadratic_nm(motor_nm, external_nm);
-        self.coulomb
-            + self.viscous_nm_s * rate_rad_s.abs()
-            + of_load(self.load)
-            + at_rest * self.share(rate_rad_s)
+        moving + at_rest * self.share(rate_rad_s)
     }
 
     /// The Stribeck share `exp(-|w/ws|^a)`.
@@ -169,7 +174,9 @@ mod tests {
                 let values = MotorValues::from_slice(&values);
                 let [rate, motor, external] = [0.3, 1.0, 1.0].map(|d| noise.gaussian(d));
                 let expected = SimulatedFriction::new(p).budget_nm(rate, motor, external);
-                let budget = Friction::new(model, &values).budget_nm(rate, motor, external);
+                let friction = Friction::new(model, &values);
+                let viscous = friction.viscous_nm_s * rate.abs();
+                let budget = friction.budget_nm(rate, motor, external) + viscous;
                 assert!(
                     (budget - expected).abs() < 1e-12,
                     "M{model}: {budget} {expected}"

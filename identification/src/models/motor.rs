@@ -121,8 +121,9 @@ parameters! {
         hard_stop_deg: GearTrainParameters.redeclared(INFINITY, 0.0, INFINITY).fixed();
         firmware_gain: RigParameters.fixed();
         coulomb_friction_nm: FrictionParameters;
-        // Up to 1 Nm s/rad.
-        viscous_friction_nm_s_deg: FrictionParameters.searched(0.0, DEGREE);
+        // Up to 1 Nm s/rad. It brakes as the back-EMF does: the two differ where the duty is at its
+        // limit, or the motor off, and elsewhere one stands for the other.
+        viscous_friction_nm_s_deg: FrictionParameters.searched(0.0, DEGREE).negligible();
         stribeck_friction_nm: FrictionParameters;
         // 0.1 to 1 rad/s.
         stribeck_rate_deg_s: FrictionParameters.searched(0.1 / DEGREE, 1.0 / DEGREE);

@@ -12,6 +12,7 @@ pub mod host;
 pub mod models;
 pub mod page;
 pub mod runs;
+pub mod spread;
 pub mod study;
 pub mod test_bench;
 pub mod trace_measures;

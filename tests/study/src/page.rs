@@ -10,6 +10,7 @@ use crate::{
     figures::{PULSE_FIGURES, called, file},
     models::MODELS,
     runs::{CONDITIONS, INPUTS, SampleRate},
+    spread,
     study::Study,
 };
 
@@ -33,6 +34,7 @@ struct Page<'a> {
     figures: Vec<Figure>,
     quality: Table,
     cross: Table,
+    spread: Table,
     verdicts: Vec<(String, &'a str)>,
 }
 
@@ -50,6 +52,7 @@ fn page(study: &Study, claims: &[Claim]) -> String {
             .into(),
         quality: quality_table(study),
         cross: cross_table(study),
+        spread: spread::table(study),
         verdicts: verdicts
             .map(|(c, verdict)| (called(c), verdict.as_str()))
             .collect(),

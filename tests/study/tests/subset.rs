@@ -75,3 +75,12 @@ fn the_page_contains_every_run_fit_and_figure() {
         );
     }
 }
+
+#[test]
+fn nine_of_ten_estimates_from_two_inputs_agree_within_two_standard_errors() {
+    let page = committed("README.md");
+    let all = page.lines().find(|line| line.starts_with("| all |"));
+    let cells: Vec<&str> = all.expect("a row of all pairs").split('|').collect();
+    let percent: f64 = cells[6].trim().parse().expect("a share");
+    assert!(percent >= 90.0, "{percent} %");
+}

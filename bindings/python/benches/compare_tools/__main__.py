@@ -57,7 +57,7 @@ class Predictions:
         seconds = time.perf_counter() - begun
         for model in found:
             error = model["validation"][0]["quality"]["mean_absolute_deg"]
-            self.add(f"this program, {model['name']}", error, seconds)
+            self.add(model["name"], error, seconds)
 
     def add_bam(self, name, fitted, held_out, evaluations):
         model = Bam(name, held_out.servo)
@@ -65,23 +65,23 @@ class Predictions:
         if motor == held_out.servo:
             published = bam.load_model(motor_name=motor, model=name).get_parameters()
             values = [published[key].value for key in model.model.get_parameters()]
-            self.add(f"BAM {name}, as published", model.error_deg(held_out, values))
+            self.add(f"BAM {name} published", model.error_deg(held_out, values))
         begun = time.perf_counter()
         cost = lambda sets: model.cost(fitted, sets)
-        best, _ = search_by_cma(cost, model.start, model.low, model.high, evaluations)
+        best = search_by_cma(cost, model.start, model.low, model.high, evaluations)
         seconds = time.perf_counter() - begun
-        self.add(f"BAM {name}, CMA-ES", model.error_deg(held_out, best), seconds)
+        self.add(f"BAM {name} CMA-ES", model.error_deg(held_out, best), seconds)
 
 
 def predictions(runs, evaluations):
     found = Predictions()
     for held_out in runs:
         fitted = [run for run in runs if run is not held_out]
-        found.add_fit("first-order lag, scipy", Lag(), fitted, held_out)
-        found.add_fit("ARX, SysIdentPy", Arx(), fitted, held_out)
+        found.add_fit("first-order lag", Lag(), fitted, held_out)
+        found.add_fit("ARX", Arx(), fitted, held_out)
         found.add_program(BLACK_BOXES, fitted, held_out)
         if all(run.servo for run in runs):
-            found.add_fit("MuJoCo, dcmotor and sysid", DcMotor(held_out.servo), fitted, held_out)
+            found.add_fit("MuJoCo sysid", DcMotor(held_out.servo), fitted, held_out)
             for name in FRICTION_MODELS:
                 found.add_bam(name, fitted, held_out, evaluations)
             found.add_program([f"servo-{name}" for name in FRICTION_MODELS], fitted, held_out)

@@ -49,8 +49,8 @@ def agreeing(pairs):
 
 def coverage(runs):
     """Rows of tool, and the pairs of halves and of recordings with how many of them agree."""
-    tools = [("first-order lag, scipy", of_lag, None)]
-    tools += [(f"this program, {model}", of_program, model) for model in MODELS]
+    tools = [("first-order lag", of_lag, None)]
+    tools += [(model, of_program, model) for model in MODELS]
     if not all(run.servo for run in runs):
         tools = tools[:-1]
     for name, estimate, model in tools:

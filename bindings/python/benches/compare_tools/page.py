@@ -12,15 +12,13 @@ import mujoco
 import numpy as np
 
 from recordings import BAM_STEP_S
+from searches import TOOLS
 
 PAGE = """# Other tools on the same recordings
 
-`bindings/python/benches/compare_tools` has written this page: {date}, commit `{commit}`, {machine}.
-With a load of {load:.1f} in the last quarter of an hour, times are longer than on an idle machine.
-The same command takes folders with recordings of other servos.
-
-The recordings are of servos with a pendulum, from [BAM](https://github.com/Rhoban/bam); they are not
-part of this repository.
+`bindings/python/benches/compare_tools` has written this page: {date}, commit `{commit}`, {machine},
+load {load:.1f}: times are longer than on an idle machine. The recordings are of servos with a pendulum, from
+[BAM](https://github.com/Rhoban/bam); the command takes folders with recordings of others.
 
 ## Prediction
 
@@ -29,20 +27,19 @@ error of the angle (deg), and the longest time of a fit (s):
 {predictions}
 - **First-order lag**: gain, offset, delay and time constant by scipy. **ARX** by SysIdentPy {sysidentpy}:
   two lags of angle and command on even samples, simulated freely.
-- **BAM** {bam} with its own simulation in steps of {step} ms. "As published" has the parameters that
-  its authors have fitted to more recordings of the servo, these may be among them. "CMA-ES" minimises
-  the mean absolute error, as BAM does, by `cma` {cma} with {evaluations} simulations of each recording;
-  BAM itself takes 100,000 by default. BAM evaluates the simulations of a generation together.
-- **MuJoCo** {mujoco} with `<dcmotor>`, Coulomb and viscous friction, steps of 1 ms; the controller of
-  the servo, as BAM has it, sets the voltage. Its own `sysid.optimize` minimises the squares.
-- **This program**: its friction models have delay and duty per error free. The time is that of all
-  its black boxes, or of all six friction models, on all cores.
+- **BAM** {bam} with its own simulation in steps of {step} ms. "Published" are the parameters that its
+  authors have fitted to more recordings, perhaps these among them. "CMA-ES" minimises the mean
+  absolute error, as BAM does, by `cma` {cma} with {evaluations} simulations of each recording, where BAM
+  takes 100,000 by default.
+- **MuJoCo** {mujoco}: `sysid.optimize` of a `<dcmotor>` with Coulomb and viscous friction, steps of
+  1 ms and BAM's controller of the servo.
+- **Black boxes and servo models** are those of this program, the latter with delay and duty per error
+  free. The time is that of both black boxes, or of all six friction models, on all cores.
 
 ## Intervals
 
-Pairs of estimates of one parameter, from the halves of each recording and from two recordings of a
-servo: the share (%) that is within two standard errors of their difference, of 95 % if the errors
-hold.
+Pairs of estimates of one parameter, from the halves of each recording and from two recordings: the
+share (%) within two standard errors of their difference, 95 if the errors hold.
 
 | servo | tool | pairs of halves | agree | pairs of recordings | agree |
 |---|---|---|---|---|---|
@@ -50,13 +47,12 @@ hold.
 
 ## The same optimum
 
-One model, one recording, one cost (the squared error; the command held from sample to sample). All
-simulate by this program; the other searches begin at its optimum times factors from 1/2 to 2, within
-a box. "Simulations" counts those of a search. The time of this program includes starting values, the
-search from eight of them, standard errors and tests of the residuals.
+Error (deg rms) and time (s) with one model, recording and cost: the squared error. All simulate by
+this program; the other searches begin at its optimum times factors from 1/2 to 2, within a box. The
+time of this program includes eight searches, standard errors and tests of the residuals.
 
-| model | recording | tool | error (deg rms) | time (s) | simulations |
-|---|---|---|---|---|---|
+| model | recording | {tools} |
+|---|---|{rules}
 {optima}
 """
 
@@ -99,8 +95,9 @@ def coverage(servo):
 
 
 def optima(servo):
-    for model, run, tool, rms, took, used in servo.optima:
-        yield f"| {model} | {short(run)} | {tool} | {rms:.4f} | {took:.2f} | {used or ''} |"
+    for model, run, found in servo.optima:
+        numbers = " | ".join(f"{rms:.4f}, {took:.2f}" for rms, took in found)
+        yield f"| {model} | {short(run)} | {numbers} |"
 
 
 def page(servos, made_of, evaluations):
@@ -113,6 +110,8 @@ def page(servos, made_of, evaluations):
         predictions="".join(map(predictions, servos)),
         coverage=lines(coverage),
         optima=lines(optima),
+        tools=" | ".join(TOOLS),
+        rules="---|" * len(TOOLS),
         bam=version("better-actuator-models"),
         cma=version("cma"),
         sysidentpy=version("sysidentpy"),

@@ -11,10 +11,11 @@ import smart_actuator as sa
 from recordings import DEG
 
 SEED = 1
+TOOLS = ["this program", "scipy", "MuJoCo", "CMA-ES"]
 
 
 def search_by_cma(cost, start, low, high, evaluations):
-    """CMA-ES with restarts of growing populations; the best point and the evaluations."""
+    """CMA-ES with restarts of growing populations; the best point."""
     scaled = (np.asarray(start) - low) / (high - low)
     best, best_cost, used, size = None, np.inf, 0, 24
     while used < evaluations:
@@ -28,16 +29,14 @@ def search_by_cma(cost, start, low, high, evaluations):
             best, best_cost = low + search.result.xbest * (high - low), search.result.fbest
         size *= 2
         scaled = np.random.default_rng(SEED + used).uniform(0.1, 0.9, len(low))
-    return best, used
+    return best
 
 
 def optima(evaluations, runs):
-    """The same model, recording and cost by several searches: rows of model, tool, rms and time."""
+    """The same model, recording and cost by several searches: rows of model, recording, and rms and time by tool."""
     of_servo = [run for run in runs if run.servo and run.is_on.all()]
-    rows = []
-    for model, run in [(m, r) for r in of_servo[:1] for m in ("black-box-2", "servo-m1")]:
-        rows += optima_of(model, run, evaluations)
-    return rows
+    pairs = [(model, run) for run in of_servo[:1] for model in ("black-box-2", "servo-m1")]
+    return [(model, run, optima_of(model, run, evaluations)) for model, run in pairs]
 
 
 def optima_of(model, run, evaluations):
@@ -48,14 +47,14 @@ def optima_of(model, run, evaluations):
     begun = time.perf_counter()
     fit = sa.identify(data, models=model, fix=known, hold="zero", loss="squares")["models"][0]
     took = time.perf_counter() - begun
-    rows = [(model, run, "this program", fit["experiments"][0]["quality"]["rms_deg"], took, None)]
+    rows = [(fit["experiments"][0]["quality"]["rms_deg"], took)]
     fixed = {
         p["name"]: p["estimate"]
         for p in fit["parameters"]
         if p["fixed"] and p["estimate"] is not None
     }
     free = [p for p in fit["parameters"] if not p["fixed"]]
-    names, used = [p["name"] for p in free], [0]
+    names = [p["name"] for p in free]
     found = np.array([p["estimate"] for p in free])
     limits = np.array([[-np.inf if end is None else end for end in p["bounds"]] for p in free])
     # The others are told more than this program: a box, and a start within a factor of 2.
@@ -66,16 +65,15 @@ def optima_of(model, run, evaluations):
     start = np.clip(found * factors, low + 1e-3 * (high - low), high - 1e-3 * (high - low))
 
     def residuals(x):
-        used[0] += 1
         values = {**fixed, **dict(zip(names, map(float, x)))}
         return sa.sensitivity(model, run.time_s, goal_deg, [], **values)[0] - angle_deg
 
     rms = lambda x: float(np.sqrt(np.mean(residuals(x) ** 2)))
-    for tool in ("scipy, least_squares", "MuJoCo, minimize.least_squares", "CMA-ES"):
-        used[0], begun = 0, time.perf_counter()
-        if tool.startswith("scipy"):
+    for tool in TOOLS[1:]:
+        begun = time.perf_counter()
+        if tool == "scipy":
             best = least_squares(residuals, start, bounds=(low, high), x_scale="jac").x
-        elif tool.startswith("MuJoCo"):
+        elif tool == "MuJoCo":
             many = lambda x: np.array([residuals(point) for point in np.atleast_2d(x.T)]).T
             bounds = [low[:, None], high[:, None]]
             best = np.ravel(
@@ -83,7 +81,7 @@ def optima_of(model, run, evaluations):
             )
         else:
             cost = lambda sets: [rms(x) for x in sets]
-            best, _ = search_by_cma(cost, start, low, high, evaluations)
+            best = search_by_cma(cost, start, low, high, evaluations)
         took = time.perf_counter() - begun
-        rows.append((model, run, tool, rms(best), took, used[0]))
+        rows.append((rms(best), took))
     return rows

@@ -2,6 +2,7 @@
 //! parts.
 
 use super::*;
+use crate::evaluation::unloaded;
 use model_core::sensors::noise::Noise;
 
 /// The output of a model with these parameters, as an encoder measures it.
@@ -93,9 +94,10 @@ fn a_model_that_fits_not_significantly_better_is_reduced_to_the_nested_one() {
     assert_eq!(rich.no_better_than, Some("servo-m1"));
     let beyond = rich.estimate("load_friction_motor").expect("an estimate");
     assert_eq!((beyond.value, beyond.identifiable), (0.0, false));
-    // The nested model is searched for starting values to a millionth of its cost.
+    // Both are searched once more without the viscous friction, from points a millionth of the cost
+    // apart, and friction has small minima; a significant difference is a fortieth.
     assert!(
-        (rich.cost / simple.cost - 1.0).abs() < 1e-6,
+        (rich.cost / simple.cost - 1.0).abs() < 1e-4,
         "{} {}",
         rich.cost,
         simple.cost
@@ -204,42 +206,12 @@ fn friction_is_bounded_to_the_range_of_small_servos_by_default() {
     assert_eq!(high(&problem), 0.1);
 }
 
-/// An unloaded motor at steps of the duty, sampled at 250 Hz.
-fn unloaded(noise: &mut Noise) -> (Recording, [(&'static str, f64); 5]) {
-    let mut between =
-        |low: f64, high: f64| low + (high - low) * noise.gaussian(1e3).rem_euclid(1.0);
-    let truth = [
-        ("torque_constant_nm_a", between(0.2, 0.8)),
-        ("motor_inertia_kg_m2", between(0.004, 0.02)),
-        ("viscous_friction_nm_s_deg", between(5e-5, 3e-4)),
-        ("coulomb_friction_nm", between(0.01, 0.05)),
-        ("delay_s", between(0.005, 0.02)),
-    ];
-    let time_s: Vec<f64> = (0..1000).map(|i| 0.004 * f64::from(i)).collect();
-    let levels = [60.0, -40.0, 15.0, -70.0, 30.0, 0.0, 80.0, -20.0];
-    let recording = Recording {
-        name: "unloaded".into(),
-        command_deg: vec![0.0; time_s.len()],
-        angle_deg: time_s.clone(),
-        duty_pct: Some((0..time_s.len()).map(|i| levels[i / 125]).collect()),
-        constants: [
-            ("winding_resistance_ohm".to_owned(), 5.0),
-            ("supply_v".to_owned(), 12.0),
-        ]
-        .into(),
-        time_s,
-        ..Default::default()
-    };
-    (recording, truth)
-}
-
 #[test]
 fn of_an_unloaded_motor_only_ratios_are_known() {
     let mut noise = Noise::new(1, 0);
     for seed in 0..6 {
-        let (recording, truth) = unloaded(&mut noise);
-        let run = answered("motor-m1", recording, &truth, seed);
-        let fit = fitted(&problem("motor-m1", vec![run]));
+        let (recording, truth) = unloaded(&mut noise).expect("a response");
+        let fit = fitted(&problem("motor-m1", vec![noisy(recording, seed)]));
         let scaled = &truth[..4];
         for (name, _) in scaled {
             let estimate = fit.estimate(name).expect("an estimate");
