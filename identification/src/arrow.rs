@@ -2,7 +2,7 @@
 //!
 //! Unknowns of different recordings, such as their initial angles, do not meet in `J' J`: it has
 //! the shape of an arrow. Their elimination leaves equations of the shared unknowns alone (the
-//! Schur complement), so that the effort grows with the number of recordings, and not with its cube.
+//! Schur complement), so that the effort grows with the number of recordings, not with its cube.
 
 use std::collections::BTreeMap;
 

@@ -98,7 +98,7 @@ impl Observable {
     }
 }
 
-/// Whether no eigenvalue is negligible, by a bound that takes less time than the eigenvalues of many
+/// Whether no eigenvalue is negligible, by a bound that takes less time than eigenvalues of many
 /// unknowns: the least one is at least the inverse of the trace of the inverse, and the largest at
 /// most the trace.
 fn is_regular(normalised: &DMatrix<f64>) -> bool {

@@ -2,8 +2,8 @@
 //!
 //! In the cyclic modes the master sends targets periodically: from the first target of the mode
 //! after the transition to Operation enabled, the change to a cyclic mode, or a halt, a pause of
-//! more than 2040h:1 is a loss of the master. Targets of other modes do not count. In every mode a missing heartbeat is a loss, and so is the NMT
-//! state Stopped.
+//! more than 2040h:1 is a loss of the master. Targets of other modes do not count. In every mode
+//! a missing heartbeat is a loss, and so is the NMT state Stopped.
 //! 2040h:2 selects the reaction:
 //!
 //! | 2040h:2 | reaction |

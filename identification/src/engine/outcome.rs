@@ -21,7 +21,7 @@ const VAGUE: f64 = 0.5;
 /// Weight below which a sample is listed as an outlier.
 const OUTLIER_WEIGHT: f64 = 0.1;
 
-/// The fit at the end of a search; the unknowns of `neglected` are at zero because the recordings do
+/// The fit at the end of a search; the unknowns of `neglected` are zero because the recordings do
 /// not show them.
 pub fn fit(problem: &Problem, solution: &Solution, neglected: &[usize]) -> Fit {
     let Solution {

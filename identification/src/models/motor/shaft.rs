@@ -239,7 +239,7 @@ mod tests {
             let (rest, on) = approach(rate, braked, rest_s, constant_s);
             let (_, back) = approach(rest, friction - driven, backward_s - rest_s, constant_s);
             let error_deg = (shaft.angle - out - on - back) / DEGREE;
-            // That of the midpoint rule. One direction of friction in the whole step would be off by
+            // That of the midpoint rule. One direction of friction in a whole step would be off by
             // as much as the resolution of an encoder.
             assert!(error_deg.abs() < 1e-3, "{supply_v} V: {error_deg} deg");
         }
