@@ -19,10 +19,7 @@
 //!
 //! [`Fault::FollowingError`]: crate::faults::Fault::FollowingError
 
-use model_core::control::{
-    cascade::Setpoint,
-    units::{ANGLE_END, Angle, Rate},
-};
+use model_core::control::units::{ANGLE_END, Angle, Rate};
 
 use super::{Conditions, lasting::Lasting};
 use crate::{parameters::FollowingLimits, timing::angle_of_mdeg};
@@ -55,17 +52,15 @@ fn deviates(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
             c.rate <= -least
         }
     };
-    match c.setpoint {
-        Setpoint::Angle(command) => {
+    match c.setpoint.angle() {
+        Some(command) => {
             let window = angle_of_mdeg(limits.following_window_mdeg);
             // Both within 2^15 deg.
             let error = command.limited(ANGLE_END) - c.angle;
             let is_off = error > window || error < -window;
             is_off && !turns(error > Angle::ZERO)
         }
-        Setpoint::Rate(_) => {
-            c.rate_command.abs() >= expected && !turns(c.rate_command > Rate::ZERO)
-        }
+        None => c.rate_command.abs() >= expected && !turns(c.rate_command > Rate::ZERO),
     }
 }
 

@@ -179,6 +179,7 @@ impl Configured {
             board: &self.parameters,
             motor: &self.motor,
             limits: &limits,
+            dead_band: &DeadBandSettings::default(),
         };
         *self.application.control_period(settings, samples)
     }

@@ -17,6 +17,7 @@ mod polarity;
 mod service;
 mod store;
 mod torque;
+mod tracking;
 mod update;
 mod velocity;
 
