@@ -32,6 +32,11 @@ use crate::{parameters::FollowingLimits, timing::angle_of_mdeg};
 pub(super) struct FollowingGuard(Lasting);
 
 impl FollowingGuard {
+    /// For how many control periods the shaft has not followed.
+    pub fn periods(&self) -> u16 {
+        self.0.periods()
+    }
+
     /// Whether the fault is present.
     pub fn check(&mut self, limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
         // Without a valid count nothing is known.

@@ -16,6 +16,11 @@ pub(super) struct StallGuard {
 }
 
 impl StallGuard {
+    /// For how many control periods the motor has stalled.
+    pub fn periods(&self) -> u16 {
+        self.lasting.periods()
+    }
+
     /// Whether the motor has stalled.
     pub fn check(&mut self, limits: &StallLimits, c: &Conditions<'_>) -> bool {
         // An angle that is not known says nothing of the way.
