@@ -249,7 +249,7 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::OverCurrent,
             "over-current",
-            "`over_current_samples` samples in the on time in a row above `over_current_ma`",
+            "`over_current_samples` samples more in the on time above `over_current_ma` than below",
             Driven,
             0x2310,
         ),

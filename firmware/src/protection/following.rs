@@ -15,7 +15,7 @@
 //! its direction with `following_rate_deg_s` or half of the commanded rate, whichever is less.
 //! Slower rates are not monitored: an estimate from single counts is too coarse.
 //!
-//! Not following for `following_ms` in a row is [`Fault::FollowingError`].
+//! Not following for `following_ms` longer than following is [`Fault::FollowingError`].
 //!
 //! [`Fault::FollowingError`]: crate::faults::Fault::FollowingError
 

@@ -24,6 +24,12 @@ impl Lasting {
         self.count(holds, time_ms)
     }
 
+    /// These control periods were counted as some in which the condition held, and it did not.
+    #[inline(always)]
+    pub fn take_back(&mut self, periods: u16) {
+        self.0 = self.0.saturating_sub(periods.saturating_mul(2));
+    }
+
     #[inline(never)]
     fn count(&mut self, holds: Option<bool>, time_ms: i32) -> bool {
         let limit = periods(time_ms);
