@@ -24,11 +24,11 @@ fn chatter() -> Vec<Planned> {
         .collect()
 }
 
-/// Holds the angle, and reads the counters in turn.
+/// Holds the angle, and reads the counters in turn, each at all phases of the four control periods.
 fn reading(tick: u64) -> Vec<Frame> {
     let mut frames = driven(tick, 0);
-    if tick > 110 && tick.is_multiple_of(2) {
-        frames.push(read(0x2051, 1 + (tick / 2 % 13) as u8));
+    if tick > 110 && tick.is_multiple_of(3) {
+        frames.push(read(0x2051, 1 + (tick / 3 % 13) as u8));
     }
     frames
 }

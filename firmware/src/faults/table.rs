@@ -270,7 +270,8 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::Stall,
             "stall",
-            "mean current of `stall_current_ma` or more for `stall_ms` over a travel of `stall_way_mdeg` or less",
+            "mean current of `stall_current_ma` or more for `stall_ms` over a travel of `stall_way_mdeg` or less, or less than a \
+             quarter of it in each sixth of that time",
             Driven,
             0x7121,
         ),
