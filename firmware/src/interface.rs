@@ -328,7 +328,7 @@ pub struct Telemetry {
     pub pulse_age: u16,
     /// Servo pulses of invalid width since the reset.
     pub servo_glitches: u32,
-    /// The value of the protection's counter [`Counter::of_tick`](crate::protection::Counter::of_tick).
+    /// The protection's counter [of this tick](crate::protection::Counter::of_tick).
     pub counter: u16,
     /// The source of the setpoint.
     pub source: CommandSource,

@@ -1,5 +1,9 @@
 //! The protections alone, and measurements and conditions for the tests in their modules.
 
+extern crate std;
+
+use std::vec;
+
 use super::*;
 use crate::parameters::{
     EncoderLimits, StallLimits, SupplyLimits, TemperatureLimits, TimingLimits,
@@ -140,6 +144,27 @@ fn a_slow_shaft_that_pulls_is_not_stalled() {
         // Three counts in 84 ms.
         assert!(is_stalled(7, direction));
     }
+}
+
+/// Whether a shaft that pulls is stalled that stands for some control periods and turns at 22 deg/s
+/// for others, again and again.
+fn is_stalled_in_turns(stands: usize, turns: usize) -> bool {
+    let mut guard = StallGuard::default();
+    let pattern = [vec![0; stands], vec![1; turns]].concat();
+    pattern.into_iter().cycle().take(2000).any(|travelled| {
+        let measured = Measured {
+            travelled: Some(travelled),
+            current: smooth(StallLimits::DEFAULT.stall_current_ma),
+            ..UNMEASURED
+        };
+        guard.check(&StallLimits::DEFAULT, &driven(&measured))
+    })
+}
+
+#[test]
+fn a_shaft_that_stands_for_more_than_half_of_the_time_is_stalled() {
+    assert!(is_stalled_in_turns(40, 24));
+    assert!(!is_stalled_in_turns(24, 40));
 }
 
 #[test]
