@@ -152,12 +152,13 @@ mod tests {
 
     #[test]
     fn a_condition_counts_in_its_counter_alone() {
-        let measured = |change: fn(&mut Measured)| {
+        type Change = fn(&mut Measured);
+        let measured = |change: Change| {
             let mut measured = SOUND;
             change(&mut measured);
             measured
         };
-        let changes: [(Counter, fn(&mut Measured)); 10] = [
+        let changes: [(Counter, Change); 10] = [
             (Counter::MagnetWeak, |m| m.magnet = Some(Magnet::Marginal)),
             (Counter::OverCurrent, |m| m.sampled_ma = Some(2_001)),
             (Counter::Stall, |m| m.current = smooth(500)),
