@@ -58,7 +58,7 @@ use crate::{
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, PERMANENT, Reaction},
     measure::Single,
     parameters::{BoardParameters, StopSettings},
-    protection::{Conditions, Measured, Protection, Winding},
+    protection::{Conditions, Counter, Measured, Protection, Winding},
     timing::periods,
     velocity::VelocityTracker,
 };
@@ -430,6 +430,7 @@ impl Application {
         t.rate_command = self.last_step.rate_command;
         t.duty = self.last_step.duty;
         t.limits = self.last_step.limits;
+        t.counter = self.protection.counter(Counter::of_tick(t.tick));
         t.winding = Single::new(self.protection.winding().deg_c());
         t.servo_pulse_us = self.setpoints.servo_pulse_us();
         t.servo_glitches = self.setpoints.servo_glitches();

@@ -330,6 +330,8 @@ pub struct Telemetry {
     pub pulse_age: u16,
     /// Servo pulses of invalid width since the reset.
     pub servo_glitches: u32,
+    /// The protection's counter [of this tick](crate::protection::Counter::of_tick).
+    pub counter: u16,
     /// The source of the setpoint.
     pub source: CommandSource,
     /// The source of the setpoint while no excitation runs.

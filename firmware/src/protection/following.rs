@@ -15,7 +15,7 @@
 //! its direction with `following_rate_deg_s` or half of the commanded rate, whichever is less.
 //! Slower rates are not monitored: an estimate from single counts is too coarse.
 //!
-//! Not following for `following_ms` in a row is [`Fault::FollowingError`].
+//! Not following for `following_ms` longer than following is [`Fault::FollowingError`].
 //!
 //! [`Fault::FollowingError`]: crate::faults::Fault::FollowingError
 
@@ -29,6 +29,11 @@ use crate::{parameters::FollowingLimits, timing::angle_of_mdeg};
 pub(super) struct FollowingGuard(Lasting);
 
 impl FollowingGuard {
+    /// For how many control periods the shaft has not followed.
+    pub fn periods(&self) -> u16 {
+        self.0.periods()
+    }
+
     /// Whether the fault is present.
     pub fn check(&mut self, limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
         // Without a valid count nothing is known.

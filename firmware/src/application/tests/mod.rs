@@ -9,6 +9,7 @@ mod faults;
 mod missing_samples;
 mod rates;
 mod sources;
+mod stall;
 mod states;
 mod torque;
 mod winding;

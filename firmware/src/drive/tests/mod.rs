@@ -3,6 +3,7 @@
 extern crate std;
 
 mod bus_errors;
+mod counters;
 mod current;
 mod dronecan;
 mod enabling;
