@@ -1,7 +1,8 @@
 //! The firmware's application and the simulator run the same control loop.
 
 use firmware::application::{
-    Application, Bridge, MotorLimits, Request, Samples, Settings as BoardSettings, Start,
+    Application, Bridge, DeadBandSettings, MotorLimits, Request, Samples,
+    Settings as BoardSettings, Start,
 };
 use firmware::measure::{MotorConstants, Ripple};
 use firmware::parameters::{BoardParameters, LimitSettings, ModelSettings};
@@ -55,6 +56,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
                 &parameters,
                 &ModelSettings::DEFAULT,
             ),
+            dead_band: &DeadBandSettings::default(),
         };
         let mut application = Application::new(&parameters, Start::default());
         // Before the run the encoder is sampled once, then the loop is closed.

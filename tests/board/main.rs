@@ -30,6 +30,7 @@ mod second_chip;
 mod service_password;
 mod stops;
 mod supply_range;
+mod tracking;
 mod update;
 mod whole_update;
 mod wiring;

@@ -64,7 +64,17 @@ pub(super) fn duty_of(mean_mv: i32, supply_mv: i32) -> Percent {
     // The legs are measured up to 16.5 V: 4 * 16,500 * 100 * 256 < 2^31.
     let steps = mean_mv * (100 << 8) / supply_mv.max(1);
     let full = 100 << 8;
-    Percent::from_bits(i64::from(steps.max(-full).min(full)) << 24)
+    duty_of_units(steps.max(-full).min(full))
+}
+
+/// Duty in units of [`duty_of`], 2^-8 %.
+pub(super) fn units_of(duty: Percent) -> i32 {
+    (duty.to_bits() >> 24) as i32
+}
+
+/// The duty of so many units.
+pub(super) fn duty_of_units(units: i32) -> Percent {
+    Percent::from_bits(i64::from(units) << 24)
 }
 
 /// What is known of the back-EMF.

@@ -12,8 +12,8 @@
 
 use model_core::control::units::{Angle, Percent};
 
-use super::back_emf_brake::duty_of;
-use crate::timing::periods;
+use super::back_emf_brake::{duty_of, units_of};
+use crate::timing::{angle_of_mdeg, periods};
 
 /// Three times 1/P: a motion of the default gains has ended.
 const SETTLED_PERIODS: u16 = periods(375);
@@ -24,8 +24,8 @@ const MEAN_BITS: u32 = 4;
 /// When a shaft rests; by default never.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct DeadBandSettings {
-    /// Half the width of the band; 0 for none.
-    pub band: Angle,
+    /// Half the width of the band, mdeg; 0 for none.
+    pub band_mdeg: i32,
     /// The voltage at the resistance that makes the torque of the Coulomb friction, mV.
     pub friction_mv: i32,
 }
@@ -33,41 +33,37 @@ pub struct DeadBandSettings {
 /// How long the shaft has been within the band of the same angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct DeadBand {
-    command: Angle,
     settled: u16,
-    mean: Percent,
+    /// Mean duty meanwhile, in units of [`duty_of`].
+    mean: i32,
 }
 
 impl DeadBand {
-    /// Whether the shaft rests. `command` is the angle around which the loops are closed, and `duty`
-    /// that of the last step.
+    /// Whether the shaft rests. `error` is its distance from the angle around which the loops are
+    /// closed, if that has not changed, and `duty` that of the last step.
     pub fn rests(
         &mut self,
         settings: &DeadBandSettings,
-        command: Option<Angle>,
-        (angle, duty): (Angle, Percent),
+        error: Option<Angle>,
+        duty: Percent,
         supply_mv: i32,
     ) -> bool {
-        let Some(command) = command.filter(|_| settings.band > Angle::ZERO) else {
-            *self = Self::default();
-            return false;
-        };
         let was_settled = self.settled == SETTLED_PERIODS;
-        let edge = match was_settled {
-            true => settings.band.saturating_add(settings.band),
-            false => settings.band,
+        let edge_mdeg = match was_settled {
+            true => 2 * settings.band_mdeg,
+            false => settings.band_mdeg,
         };
-        if command != self.command || command.saturating_sub(angle).abs() > edge {
+        let is_near = error.is_some_and(|error| error.abs() <= angle_of_mdeg(edge_mdeg));
+        if settings.band_mdeg == 0 || !is_near {
             *self = Self {
-                command,
                 settled: 0,
-                mean: duty,
+                mean: units_of(duty),
             };
             return false;
         }
         self.settled = (self.settled + 1).min(SETTLED_PERIODS);
-        self.mean += Percent::from_bits((duty - self.mean).to_bits() >> MEAN_BITS);
-        was_settled && self.mean.abs() < duty_of(settings.friction_mv, supply_mv)
+        self.mean += (units_of(duty) - self.mean) >> MEAN_BITS;
+        was_settled && self.mean.abs() < units_of(duty_of(settings.friction_mv, supply_mv))
     }
 }
 
@@ -78,14 +74,14 @@ mod tests {
     use super::*;
 
     const SETTINGS: DeadBandSettings = DeadBandSettings {
-        band: Angle::from_int(1),
+        band_mdeg: 1000,
         friction_mv: 300,
     };
 
-    /// Periods until a shaft at this angle and duty rests at 0 deg, of twice the time to settle.
+    /// Periods until a shaft with this error and duty rests, of twice the time to settle.
     fn rests_after(dead_band: &mut DeadBand, angle_deg: f64, duty_pct: f64) -> Option<u16> {
-        let last = (angle(angle_deg), percent(duty_pct));
-        (0..2 * SETTLED_PERIODS).find(|_| dead_band.rests(&SETTINGS, Some(Angle::ZERO), last, 6000))
+        let (error, duty) = (Some(angle(angle_deg)), percent(duty_pct));
+        (0..2 * SETTLED_PERIODS).find(|_| dead_band.rests(&SETTINGS, error, duty, 6000))
     }
 
     #[test]
@@ -103,20 +99,12 @@ mod tests {
     fn a_shaft_rests_up_to_twice_the_band_and_until_the_command_changes() {
         let mut dead_band = DeadBand::default();
         assert!(rests_after(&mut dead_band, 0.0, 0.0).is_some());
-        let mut rests_at = |command, angle_deg| {
-            let last = (angle(angle_deg), Percent::ZERO);
-            dead_band.rests(&SETTINGS, command, last, 6000)
-        };
-        assert!(rests_at(Some(Angle::ZERO), 2.0));
-        assert!(!rests_at(Some(Angle::ZERO), 2.1));
-        assert!(!rests_at(Some(Angle::ZERO), 0.0));
+        let mut rests_at = |error| dead_band.rests(&SETTINGS, error, Percent::ZERO, 6000);
+        assert!(rests_at(Some(angle(2.0))));
+        assert!(!rests_at(Some(angle(-2.1))));
+        assert!(!rests_at(Some(Angle::ZERO)), "settles again");
         let mut dead_band = DeadBand::default();
         assert!(rests_after(&mut dead_band, 0.0, 0.0).is_some());
-        let last = (Angle::ZERO, Percent::ZERO);
-        assert!(!dead_band.rests(&SETTINGS, Some(angle(0.1)), last, 6000));
-        assert!(
-            !dead_band.rests(&SETTINGS, None, last, 6000),
-            "around a rate"
-        );
+        assert!(!dead_band.rests(&SETTINGS, None, Percent::ZERO, 6000));
     }
 }

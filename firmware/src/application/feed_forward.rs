@@ -4,15 +4,15 @@
 
 use model_core::control::units::Percent;
 
-use super::back_emf_brake::duty_of;
+use super::back_emf_brake::{duty_of, duty_of_units, units_of};
 
 /// The voltage that is demanded, and the duty that the regulator contains for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FeedForward {
     voltage_mv: i32,
-    /// `None` while the loops are open: their output includes no demand then, but what the motor
-    /// needs at its present rate.
-    duty: Option<Percent>,
+    /// In units of [`duty_of`]. `None` while the loops are open: their output includes no demand
+    /// then, but what the motor needs at its present rate.
+    duty: Option<i32>,
 }
 
 impl FeedForward {
@@ -26,11 +26,11 @@ impl FeedForward {
     pub fn change(&mut self, supply_mv: i32) -> Option<Percent> {
         let voltage_mv = core::mem::take(&mut self.voltage_mv);
         let duty = match voltage_mv {
-            0 => Percent::ZERO,
-            voltage_mv => duty_of(voltage_mv, supply_mv),
+            0 => 0,
+            voltage_mv => units_of(duty_of(voltage_mv, supply_mv)),
         };
         let before = self.duty.replace(duty).unwrap_or(duty);
-        (duty != before).then(|| duty - before)
+        (duty != before).then(|| duty_of_units(duty - before))
     }
 
     /// The loops are open.

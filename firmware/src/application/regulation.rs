@@ -96,12 +96,18 @@ impl Application {
         if let Some(change) = self.feed_forward.change(supply_mv) {
             self.control.feed_forward(change);
         }
-        let command = match setpoint {
-            Setpoint::Angle(angle) => Some(control.reachable(angle)),
-            Setpoint::Moving(..) | Setpoint::Rate(_) => None,
+        // The last one is still that of the last control period.
+        let last = self.outputs.telemetry.command;
+        let error = match setpoint {
+            Setpoint::Angle(angle) if angle == last => Some(
+                control
+                    .reachable(angle)
+                    .saturating_sub(self.control.angle()),
+            ),
+            _ => None,
         };
-        let last = (self.control.angle(), self.last_step.duty);
-        match (self.dead_band).rests(settings.dead_band, command, last, supply_mv) {
+        let duty = self.last_step.duty;
+        match (self.dead_band).rests(settings.dead_band, error, duty, supply_mv) {
             true => (self.control).follow_duty(control, Percent::ZERO, Percent::ZERO),
             false => self.control.regulate(control, setpoint),
         }

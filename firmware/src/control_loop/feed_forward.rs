@@ -43,7 +43,6 @@ pub struct ForwardGains {
     friction_mv: Single,
     /// Share of the acceleration that is new in each control period, for targets of cyclic modes.
     spread: Single,
-    is_modelled: bool,
 }
 
 impl ForwardGains {
@@ -65,7 +64,6 @@ impl ForwardGains {
             acceleration: Single::new(mv_nm * model.inertia_kg_m2 * periods_s * RAD),
             friction_mv: Single::new(mv_nm * model.coulomb_friction_nm),
             spread: Single::new(if spread < 1.0 { spread } else { 1.0 }),
-            is_modelled: forward.model_permille > 0,
         }
     }
 
@@ -86,7 +84,7 @@ pub(super) struct Demanded {
 impl Demanded {
     /// The mean voltage of the motor that a demanded velocity needs, mV.
     pub fn next(&mut self, gains: &ForwardGains, velocity_mdeg_s: i32, is_cyclic: bool) -> i32 {
-        if !gains.is_modelled {
+        if gains.velocity.get() == 0.0 {
             return 0;
         }
         let velocity = velocity_mdeg_s as f32;

@@ -12,7 +12,6 @@ use crate::{
     interface::Settings,
     measure::MotorConstants,
     parameters::{BoardParameters, FailsafeSettings, ObjectValues},
-    timing::angle_of_mdeg,
 };
 
 /// Everything that the loop uses and a front end can set.
@@ -86,7 +85,7 @@ fn dead_band(values: &ObjectValues) -> DeadBandSettings {
     let amperes = model.coulomb_friction_nm / (model.torque_constant_nm_a * model.gear_ratio);
     let friction_mv = (1e3 * model.resistance_ohm * amperes).clamp(0.0, 33_000.0);
     DeadBandSettings {
-        band: angle_of_mdeg(values.tracking.dead_band_mdeg.into()),
+        band_mdeg: values.tracking.dead_band_mdeg.into(),
         friction_mv: friction_mv as i32,
     }
 }

@@ -8,6 +8,7 @@ mod drive;
 use core::f64::consts::TAU;
 use std::fs;
 use std::path::PathBuf;
+use std::process::Command;
 
 use clap::Parser;
 use firmware::control_loop::LoopParameters;
@@ -22,8 +23,8 @@ use drive::{Drive, PERIOD_S};
 /// Measures how well the shaft follows commands, with and without feed-forward
 #[derive(Debug, Parser)]
 struct Options {
-    /// File of the figure
-    #[arg(long, value_name = "FILE", default_value = "docs/tracking.svg")]
+    /// Folder of the page and its figure
+    #[arg(long, value_name = "DIR", default_value = "docs")]
     out: PathBuf,
 }
 
@@ -184,30 +185,78 @@ fn figure() -> Figure {
         .panel(error)
 }
 
-fn line(name: &str, figure: impl Fn(&Setup) -> f64) {
-    let [paper, with] = SETUPS.each_ref().map(figure);
-    println!("{name:<52} {paper:>8.2} {with:>8.2}");
-}
-
-fn main() -> std::io::Result<()> {
-    let options = Options::parse();
-    println!("{:<52} {:>8} {:>8}", "", "paper", "2013h");
+/// The lines of the table, each with a figure of each setup.
+fn rows() -> Vec<(String, [f64; 2])> {
+    type Measure = Box<dyn Fn(&Setup) -> f64>;
+    let mut measures: Vec<(String, Measure)> = Vec::new();
     for (spacing, rate) in [(1, "250 Hz"), (5, "50 Hz")] {
         for source_v in [5.0, 6.0, 7.2] {
-            let name = format!("flight-like command, {rate}, {source_v} V: rms error, deg");
-            line(&name, |setup| flight_deg(setup, spacing, source_v));
+            measures.push((
+                format!("rms error, targets at {rate}, {source_v:.1} V (deg)"),
+                Box::new(move |setup| flight_deg(setup, spacing, source_v)),
+            ));
         }
     }
     for amplitude_deg in [1.0, 5.0] {
-        let name = format!("bandwidth at -3 dB, {amplitude_deg} deg, Hz");
-        line(&name, |setup| bandwidth_hz(setup, amplitude_deg));
+        measures.push((
+            format!("bandwidth at -3 dB, {amplitude_deg} deg (Hz)"),
+            Box::new(move |setup| bandwidth_hz(setup, amplitude_deg)),
+        ));
     }
-    for torque_nm in [0.0, -0.3] {
-        let name = format!("rest, {torque_nm} N m: changes of the duty's sign per s");
-        line(&name, |setup| rest(setup, torque_nm).0);
-        line("the same: greatest motion, deg", |setup| {
-            rest(setup, torque_nm).1
-        });
+    for (load, torque_nm) in [("", 0.0), (" under 0.3 N m", -0.3)] {
+        measures.push((
+            format!("at rest{load}: changes of the duty's sign (1/s)"),
+            Box::new(move |setup| rest(setup, torque_nm).0),
+        ));
+        measures.push((
+            format!("at rest{load}: greatest motion (deg)"),
+            Box::new(move |setup| rest(setup, torque_nm).1),
+        ));
     }
-    fs::write(options.out, svg::render(&figure()))
+    measures
+        .into_iter()
+        .map(|(name, measure)| (name, SETUPS.each_ref().map(measure)))
+        .collect()
+}
+
+/// The commit of the sources.
+fn commit() -> std::io::Result<String> {
+    let output = Command::new("git")
+        .args(["rev-parse", "--short", "HEAD"])
+        .output()?;
+    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+}
+
+fn page(commit: &str) -> String {
+    let [paper, with] = SETUPS.map(|setup| setup.name);
+    let mut page = format!(
+        "# Tracking\n\nWritten by `cargo run --release -p tracking` at commit {commit}.\n\n{TEXT}\n\
+         | | {paper} | {with} |\n|---|---|---|\n"
+    );
+    for (name, [paper, with]) in rows() {
+        page += &format!("| {name} | {paper:.2} | {with:.2} |\n");
+    }
+    page + "\n![Targets at 50 Hz](tracking.svg)\n"
+}
+
+const TEXT: &str = "\
+Object 2013h adds to the loop of the paper, in shares of 0.1 %:
+
+- 1: the velocity of the demand to the rate of the position loop;
+- 2: the voltage that the motor of 2011h needs for the demand, at the present supply, to the duty;
+- 3: a dead band (mdeg) within which an unloaded shaft at rest gets no duty.
+
+All are 0 by default. They do not change the stability of the loop, whose margins stay; 2011h has to
+describe the motor. Here 1 and 2 are 1000 and 3 is 132: half a count of quantisation, and a count of
+noise. Cyclic targets need 60C2h:1 at their interval. The motor bounds the bandwidth: 2,150 deg/s^2 are
+3.3 Hz at 5 deg.
+
+Means of 10 drives with noise, friction, magnet and supply of their seeds, natively; the error is that of
+the shaft against the command at the same time, in moves by half a cosine of up to 157 deg/s.
+";
+
+fn main() -> std::io::Result<()> {
+    let options = Options::parse();
+    fs::write(options.out.join("tracking.md"), page(&commit()?))?;
+    fs::write(options.out.join("tracking.svg"), svg::render(&figure()))
 }
