@@ -332,7 +332,9 @@ impl Application {
         };
         let present = self.protection.check(settings, &conditions);
         let present = present.or(self.start.and(PERMANENT));
-        self.outputs.telemetry.present = present;
+        let t = &mut self.outputs.telemetry;
+        t.present = present;
+        t.counter = self.protection.counter(Counter::of_tick(t.tick));
         match self.state {
             BoardState::Initialising => {
                 let turns = self.turns_at_start(measured);
@@ -430,7 +432,6 @@ impl Application {
         t.rate_command = self.last_step.rate_command;
         t.duty = self.last_step.duty;
         t.limits = self.last_step.limits;
-        t.counter = self.protection.counter(Counter::of_tick(t.tick));
         t.winding = Single::new(self.protection.winding().deg_c());
         t.servo_pulse_us = self.setpoints.servo_pulse_us();
         t.servo_glitches = self.setpoints.servo_glitches();
