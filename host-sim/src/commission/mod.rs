@@ -1,10 +1,14 @@
 //! Commissioning of an actuator over its bus: its wiring is checked at limited current, then runs
 //! at constant rate give the torque constant. Nothing is saved before all steps have succeeded.
 
+mod friction;
+mod regression;
+mod resistance;
 mod runs;
-mod slope;
+mod samples;
 #[cfg(test)]
 mod tests;
+mod winding;
 mod wiring;
 mod write;
 
@@ -13,7 +17,7 @@ use firmware::capture::Signal;
 use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 
-pub use runs::Findings;
+pub use friction::{Direction, Friction};
 pub use wiring::{Pulse, judge};
 pub use write::{Kept, write};
 
@@ -24,6 +28,66 @@ pub struct Estimate {
     pub value: f64,
     /// Its standard error.
     pub standard_error: f64,
+}
+
+impl Estimate {
+    /// Whether it is above zero by three standard errors.
+    pub fn is_known(self) -> bool {
+        self.value > 3.0 * self.standard_error
+    }
+
+    /// The mean of two values whose errors have common sources.
+    fn mean(self, other: Self) -> Self {
+        Self {
+            value: self.value.midpoint(other.value),
+            standard_error: self.standard_error.max(other.standard_error),
+        }
+    }
+
+    /// The standard error as a share of the value.
+    fn relative(self) -> f64 {
+        self.standard_error / self.value.abs()
+    }
+
+    fn over(self, divisor: f64) -> Self {
+        Self {
+            value: self.value / divisor,
+            standard_error: self.standard_error / divisor,
+        }
+    }
+}
+
+/// What is measured.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Findings {
+    /// Resistance of winding, brushes and bridge at 25 deg C, ohm.
+    pub resistance_ohm: Estimate,
+    /// Torque constant of the motor by the gear ratio 2011h:3, Nm/A.
+    pub torque_constant_nm_a: Estimate,
+    /// Friction at the output.
+    pub friction: Friction,
+    /// Lowest supply voltage of all runs, V.
+    pub least_supply_v: f64,
+    /// Highest temperature of the board, deg C.
+    pub temperature_deg_c: f64,
+}
+
+impl Findings {
+    /// The objects in which the findings are stored, and their values. Friction has one value for
+    /// both directions; what is not known from zero is not stored.
+    pub fn objects(&self) -> Vec<(&'static str, f64)> {
+        let mut objects = vec![
+            ("2011:1", self.resistance_ohm.value),
+            ("2011:2", self.torque_constant_nm_a.value),
+        ];
+        let Friction { upward, downward } = self.friction;
+        let viscous = upward.viscous_nm_s.mean(downward.viscous_nm_s);
+        let coulomb = upward.coulomb_nm.mean(downward.coulomb_nm);
+        for (object, mean) in [("2011:5", viscous), ("2011:6", coulomb)] {
+            objects.extend(mean.is_known().then_some((object, mean.value)));
+        }
+        objects
+    }
 }
 
 /// Why an actuator is not commissioned.
@@ -53,6 +117,17 @@ pub struct Limits {
     pub rate_mdeg_s: i32,
 }
 
+/// Relative error of the gain of a measurement: resistors of 1 %.
+const GAIN_ERROR: f64 = 0.01;
+
+/// Length of a control period, s.
+const PERIOD_S: f64 = model_core::time::CONTROL_PERIOD_US as f64 * 1e-6;
+
+/// The standard deviation of a uniform distribution between minus and plus this value.
+fn uniform(largest: f64) -> f64 {
+    largest / 3.0_f64.sqrt()
+}
+
 /// Checks the wiring and measures. The drive is off afterwards, but for a failure.
 ///
 /// # Errors
@@ -62,10 +137,21 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
     wiring::check_room(client, limits)?;
     // So far above the rate of the runs that the limit does not act on them.
     client.write("6080", &(limits.rate_mdeg_s / 4 * 5).to_string())?;
-    wiring::check(client, limits)?;
-    let findings = runs::measure(client, limits)?;
+    let mut board = samples::Board::of(client)?;
+    wiring::check(client, limits, &board)?;
+    let cold = resistance::measure(client, limits, &mut board)?;
+    let runs = runs::measure(client, limits, &board)?;
     client.quick_stop()?;
-    Ok(findings)
+    resistance::check(&cold, &runs.runs)?;
+    let constant = runs.back_emf_per_rate()?;
+    let ratio = samples::real(client, "2011:3")?;
+    Ok(Findings {
+        resistance_ohm: cold.resistance_ohm,
+        torque_constant_nm_a: constant.over(ratio),
+        friction: friction::measure(&runs, &cold, constant)?,
+        least_supply_v: runs.least_supply_v,
+        temperature_deg_c: runs.temperature_deg_c,
+    })
 }
 
 /// A refusal of a step.

@@ -5,9 +5,11 @@ use std::time::Duration;
 
 use canopen::{CanFrame, NodeId};
 use model_core::plant::board::{BoardPlantOptions, Defects};
+use model_core::plant::drivetrain::DrivetrainParameters;
+use model_core::sensors::adc::AdcCode;
 use model_core::sensors::noise::Noise;
 
-use super::{CommissionError, Estimate, Kept, Limits, measure, write};
+use super::{CommissionError, Estimate, Findings, Friction, Kept, Limits, measure, write};
 use crate::can::client::Client;
 use crate::can::link::Link;
 use crate::can::names;
@@ -80,41 +82,76 @@ fn secret(seed: u64) -> BoardPlantOptions {
     options
 }
 
-fn torque_constant(options: &BoardPlantOptions) -> f64 {
-    options.drivetrain.electrical.torque_constant_nm_a
+/// Each value found, with the truth and the largest expected share of its standard error.
+fn compared(
+    options: &BoardPlantOptions,
+    found: &Findings,
+) -> Vec<(&'static str, Estimate, f64, f64)> {
+    let DrivetrainParameters {
+        electrical,
+        gear_train,
+        friction,
+        ..
+    } = options.drivetrain;
+    let coulomb_nm = friction.coulomb_friction_nm + gear_train.bearing_friction_nm;
+    let viscous_nm_s = friction.viscous_friction_nm_s_deg.to_degrees();
+    let Friction { upward, downward } = found.friction;
+    vec![
+        (
+            "resistance",
+            found.resistance_ohm,
+            electrical.winding_resistance_ohm,
+            0.015,
+        ),
+        (
+            "torque constant",
+            found.torque_constant_nm_a,
+            electrical.torque_constant_nm_a,
+            0.02,
+        ),
+        ("upward", upward.coulomb_nm, coulomb_nm, 0.1),
+        ("downward", downward.coulomb_nm, coulomb_nm, 0.1),
+        // Its share of the current is below the error of the dividers.
+        ("viscous upward", upward.viscous_nm_s, viscous_nm_s, 2.0),
+        ("viscous downward", downward.viscous_nm_s, viscous_nm_s, 2.0),
+    ]
 }
 
 #[test]
-fn the_torque_constant_of_twenty_benches_is_within_three_standard_errors() {
+fn all_values_of_twenty_benches_are_within_three_standard_errors() {
     for seed in 0..20 {
         let options = secret(seed);
         let found = measure(&mut client(&options, Defects::default()), &LIMITS);
         let found = found.unwrap_or_else(|error| panic!("bench {seed}: {error}"));
-        let Estimate {
-            value,
-            standard_error,
-        } = found.torque_constant_nm_a;
-        let (truth, most) = (torque_constant(&options), 0.02 * value);
-        assert!(standard_error < most, "bench {seed}: {standard_error}");
-        let error = (value - truth).abs();
-        assert!(
-            error < 3.0 * standard_error,
-            "bench {seed}: {value}, {truth}"
-        );
+        for (name, estimate, truth, share) in compared(&options, &found) {
+            let Estimate {
+                value,
+                standard_error,
+            } = estimate;
+            let z = (value - truth) / standard_error;
+            println!("{seed} {name}: {value:.5} of {truth:.5}, {standard_error:.5}, {z:+.2}");
+            assert!(
+                standard_error < share * truth,
+                "bench {seed}: {name} {estimate:?}"
+            );
+            assert!(z.abs() < 3.0, "bench {seed}: {name} {estimate:?}, {truth}");
+        }
     }
 }
 
 /// The share of an eccentric magnet in the standard error would hide a wrong gain. What is left is
-/// measured: at the scan the legs have not settled, which makes the back-EMF up to 1 % small.
+/// measured, and makes the back-EMF small: 0.3 % by the charge of the converter's capacitor, which
+/// holds the supply before the legs, and 0.2 % by the ripple of the rate, which is lowest at the
+/// scan.
 #[test]
-fn with_a_centred_magnet_the_torque_constant_is_within_2_percent() {
+fn with_a_centred_magnet_the_torque_constant_is_within_1_percent() {
     for seed in 0..5 {
         let mut options = secret(seed);
         options.encoder.misalignment_first_deg = 0.0;
         let found = measure(&mut client(&options, Defects::default()), &LIMITS);
         let value = found.expect("a good bench").torque_constant_nm_a.value;
-        let relative = value / torque_constant(&options);
-        assert!((relative - 1.0).abs() < 0.02, "bench {seed}: {relative}");
+        let relative = value / options.drivetrain.electrical.torque_constant_nm_a;
+        assert!((relative - 1.0).abs() < 0.01, "bench {seed}: {relative}");
     }
 }
 
@@ -136,7 +173,27 @@ fn a_broken_bench_is_refused_by_its_name() {
         is_motor_open: true,
         ..Defects::default()
     };
+    let dead = Defects {
+        stuck_current: Some(AdcCode::new(2048)),
+        ..Defects::default()
+    };
+    let reversed = Defects {
+        current_loss_pct: 200.0,
+        ..Defects::default()
+    };
+    let half = Defects {
+        current_loss_pct: 60.0,
+        ..Defects::default()
+    };
+    let weak = Defects {
+        source_ohm: Some(2.0),
+        ..Defects::default()
+    };
     let broken = [
+        (1.0, dead, "the current measurement is dead"),
+        (1.0, reversed, "the current sense is reversed"),
+        (1.0, half, "the gain of the current measurement is wrong"),
+        (1.0, weak, "the supply sags"),
         (
             1.0,
             frozen,

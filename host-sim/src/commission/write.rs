@@ -1,7 +1,6 @@
 //! The last step: range and model are written and saved as one set.
 
-use super::runs::Findings;
-use super::{CommissionError, Limits};
+use super::{CommissionError, Findings, Limits};
 use crate::can::client::{Client, ClientError};
 use crate::can::sdo::SdoError;
 
@@ -51,7 +50,7 @@ pub(super) fn write_range(client: &mut Client, (low, high): (i64, i64)) -> Resul
     client.write("607D:1", &low.to_string())
 }
 
-/// Writes the range and the torque constant, and saves them. The flash has the old set until the
+/// Writes the range and what was found, and saves them. The flash has the old set until the
 /// save.
 ///
 /// # Errors
@@ -63,7 +62,9 @@ pub fn write(
 ) -> Result<(), CommissionError> {
     let (low, high) = limits.range_mdeg;
     write_range(client, (low.into(), high.into()))?;
-    client.write("2011:2", &findings.torque_constant_nm_a.value.to_string())?;
+    for (object, value) in findings.objects() {
+        client.write(object, &value.to_string())?;
+    }
     let saved = client.sdo().download(0x1010, 1, b"save");
     saved.map_err(|source: SdoError| {
         let name = "1010h:01".into();
