@@ -2,6 +2,7 @@
 //! at constant rate give the torque constant. Nothing is saved before all steps have succeeded.
 
 mod friction;
+mod inertia;
 mod regression;
 mod resistance;
 mod runs;
@@ -18,6 +19,7 @@ use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 
 pub use friction::{Direction, Friction};
+pub use inertia::Dynamics;
 pub use wiring::{Pulse, judge};
 pub use write::{Kept, write};
 
@@ -66,6 +68,8 @@ pub struct Findings {
     pub torque_constant_nm_a: Estimate,
     /// Friction at the output.
     pub friction: Friction,
+    /// Inertia and delay.
+    pub dynamics: Dynamics,
     /// Lowest supply voltage of all runs, V.
     pub least_supply_v: f64,
     /// Highest temperature of the board, deg C.
@@ -141,14 +145,17 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
     wiring::check(client, limits, &board)?;
     let cold = resistance::measure(client, limits, &mut board)?;
     let runs = runs::measure(client, limits, &board)?;
-    client.quick_stop()?;
     resistance::check(&cold, &runs.runs)?;
     let constant = runs.back_emf_per_rate()?;
+    let friction = friction::measure(&runs, &cold, constant)?;
+    let dynamics = inertia::measure(client, limits, &board, (&cold, constant, &runs))?;
+    client.quick_stop()?;
     let ratio = samples::real(client, "2011:3")?;
     Ok(Findings {
         resistance_ohm: cold.resistance_ohm,
         torque_constant_nm_a: constant.over(ratio),
-        friction: friction::measure(&runs, &cold, constant)?,
+        friction,
+        dynamics,
         least_supply_v: runs.least_supply_v,
         temperature_deg_c: runs.temperature_deg_c,
     })

@@ -67,8 +67,8 @@ const PLAUSIBLE: f64 = 2.0;
 const LEAST_SAMPLES: usize = 20;
 
 /// Rise of the resistance of copper, 1/K, and the temperature of 2011h:1, deg C.
-const COPPER_K: f64 = 0.0039;
-const COLD_DEG_C: f64 = 25.0;
+pub const COPPER_K: f64 = 0.0039;
+pub const COLD_DEG_C: f64 = 25.0;
 
 /// Largest error of the temperature of the winding, K: that of the NTC, and of the model by which
 /// it has warmed since.
@@ -219,7 +219,7 @@ pub fn check(cold: &Cold, runs: &[Run]) -> Result<(), CommissionError> {
 }
 
 /// The temperature of the winding by the model of the board, deg C.
-fn winding_deg_c(client: &mut Client) -> Result<f64, ClientError> {
+pub fn winding_deg_c(client: &mut Client) -> Result<f64, ClientError> {
     Ok(client.integer("2009")? as f64 * 0.1)
 }
 

@@ -1,5 +1,6 @@
 //! The last step: range and model are written and saved as one set.
 
+use super::inertia::SETTINGS;
 use super::{CommissionError, Findings, Limits};
 use crate::can::client::{Client, ClientError};
 use crate::can::sdo::SdoError;
@@ -13,7 +14,7 @@ const CHANGED: [&str; 13] = [
 /// The values of the objects that a commissioning changes for its motion.
 pub struct Kept {
     range_mdeg: (i64, i64),
-    values: [i64; CHANGED.len()],
+    values: Vec<(&'static str, i64)>,
 }
 
 impl Kept {
@@ -23,9 +24,9 @@ impl Kept {
     /// [`ClientError::Object`].
     pub fn of(client: &mut Client) -> Result<Self, ClientError> {
         let range_mdeg = (client.integer("607D:1")?, client.integer("607D:2")?);
-        let mut values = [0; CHANGED.len()];
-        for (value, object) in values.iter_mut().zip(CHANGED) {
-            *value = client.integer(object)?;
+        let mut values = Vec::new();
+        for object in CHANGED.into_iter().chain(SETTINGS) {
+            values.push((object, client.integer(object)?));
         }
         Ok(Self { range_mdeg, values })
     }
@@ -35,7 +36,7 @@ impl Kept {
     /// # Errors
     /// [`ClientError::Object`].
     pub fn restore(&self, client: &mut Client) -> Result<(), ClientError> {
-        for (value, object) in self.values.iter().zip(CHANGED) {
+        for (object, value) in &self.values {
             client.write(object, &value.to_string())?;
         }
         write_range(client, self.range_mdeg)
