@@ -3,6 +3,7 @@
 
 mod friction;
 mod inertia;
+mod motor_fit;
 mod regression;
 mod resistance;
 mod runs;
@@ -19,7 +20,7 @@ use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 
 pub use friction::{Direction, Friction};
-pub use inertia::Dynamics;
+pub use inertia::{Contradiction, Dynamics, Parameter};
 pub use wiring::{Pulse, judge};
 pub use write::{Kept, write};
 
@@ -78,17 +79,27 @@ pub struct Findings {
 
 impl Findings {
     /// The objects in which the findings are stored, and their values. Friction has one value for
-    /// both directions; what is not known from zero is not stored.
+    /// both directions; what is not known from zero, or contradicted, is not stored.
     pub fn objects(&self) -> Vec<(&'static str, f64)> {
+        let agrees = |parameter| {
+            let mut others = self.dynamics.contradictions.iter();
+            others.all(|contradiction| contradiction.parameter != parameter)
+        };
         let mut objects = vec![
             ("2011:1", self.resistance_ohm.value),
             ("2011:2", self.torque_constant_nm_a.value),
         ];
+        if agrees(Parameter::Inertia) {
+            objects.push(("2011:4", self.dynamics.inertia_kg_m2.value));
+        }
         let Friction { upward, downward } = self.friction;
         let viscous = upward.viscous_nm_s.mean(downward.viscous_nm_s);
         let coulomb = upward.coulomb_nm.mean(downward.coulomb_nm);
-        for (object, mean) in [("2011:5", viscous), ("2011:6", coulomb)] {
-            objects.extend(mean.is_known().then_some((object, mean.value)));
+        if viscous.is_known() {
+            objects.push(("2011:5", viscous.value));
+        }
+        if coulomb.is_known() && agrees(Parameter::Coulomb) {
+            objects.push(("2011:6", coulomb.value));
         }
         objects
     }
@@ -148,7 +159,7 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
     resistance::check(&cold, &runs.runs)?;
     let constant = runs.back_emf_per_rate()?;
     let friction = friction::measure(&runs, &cold, constant)?;
-    let dynamics = inertia::measure(client, limits, &board, (&cold, constant, &runs))?;
+    let dynamics = inertia::measure(client, limits, &board, (&cold, constant, &friction))?;
     client.quick_stop()?;
     let ratio = samples::real(client, "2011:3")?;
     Ok(Findings {

@@ -72,7 +72,7 @@ pub const COLD_DEG_C: f64 = 25.0;
 
 /// Largest error of the temperature of the winding, K: that of the NTC, and of the model by which
 /// it has warmed since.
-const TEMPERATURE_K: f64 = 2.0;
+pub const TEMPERATURE_K: f64 = 2.0;
 
 /// What the pulses give.
 #[derive(Debug, Clone, Copy)]

@@ -120,12 +120,7 @@ fn compared(
         // Its share of the current is below the error of the dividers.
         ("viscous upward", upward.viscous_nm_s, viscous_nm_s, 2.0),
         ("viscous downward", downward.viscous_nm_s, viscous_nm_s, 2.0),
-        (
-            "inertia",
-            found.dynamics.inertia_kg_m2,
-            inertia_kg_m2,
-            0.05,
-        ),
+        ("inertia", found.dynamics.inertia_kg_m2, inertia_kg_m2, 0.05),
         ("delay", found.dynamics.delay_s, delay_s, 0.5),
     ]
 }
@@ -138,7 +133,11 @@ fn all_values_of_twenty_benches_are_within_three_standard_errors() {
         let found = measure(&mut client(&options, Defects::default()), &LIMITS);
         let found = found.unwrap_or_else(|error| panic!("bench {seed}: {error}"));
         let contradictions = &found.dynamics.contradictions;
-        wrong.extend(contradictions.iter().map(|text| format!("{seed}: {text}")));
+        wrong.extend(
+            contradictions
+                .iter()
+                .map(|text| format!("{seed}: {}", text.text)),
+        );
         for (name, estimate, truth, share) in compared(&options, &found) {
             let z = (estimate.value - truth) / estimate.standard_error;
             println!("{seed} {name}: {estimate:?} of {truth:.5}, {z:+.2}");

@@ -1,6 +1,6 @@
 //! The last step: range and model are written and saved as one set.
 
-use super::inertia::SETTINGS;
+use super::inertia;
 use super::{CommissionError, Findings, Limits};
 use crate::can::client::{Client, ClientError};
 use crate::can::sdo::SdoError;
@@ -14,7 +14,7 @@ const CHANGED: [&str; 13] = [
 /// The values of the objects that a commissioning changes for its motion.
 pub struct Kept {
     range_mdeg: (i64, i64),
-    values: Vec<(&'static str, i64)>,
+    values: Vec<(String, i64)>,
 }
 
 impl Kept {
@@ -25,8 +25,13 @@ impl Kept {
     pub fn of(client: &mut Client) -> Result<Self, ClientError> {
         let range_mdeg = (client.integer("607D:1")?, client.integer("607D:2")?);
         let mut values = Vec::new();
-        for object in CHANGED.into_iter().chain(SETTINGS) {
-            values.push((object, client.integer(object)?));
+        for object in CHANGED
+            .map(String::from)
+            .into_iter()
+            .chain(inertia::changed())
+        {
+            let value = client.integer(&object)?;
+            values.push((object, value));
         }
         Ok(Self { range_mdeg, values })
     }
