@@ -13,13 +13,15 @@ use crate::output::print;
 use host_sim::can::client::Client;
 use host_sim::commission::{self, CommissionError, Findings, Kept, Limits};
 
-/// Checks the wiring of an actuator, measures its torque constant, and saves it with the range
+/// Checks the wiring of an actuator, measures its motor, and saves the parameters with the range
 ///
-/// The shaft moves for less than half a minute. Pulses of growing torque show the senses of motor,
-/// encoder and current; runs at constant rate in both directions within --range give the torque
-/// constant by the gear ratio of 2011h:3. What is wrong or cannot be identified is refused with
-/// exit status 3, and nothing is written; otherwise 607Dh and 2011h:2 are written, and all
-/// parameters are saved (1010h).
+/// The shaft moves for less than a minute. Pulses of growing torque show the senses of motor,
+/// encoder and current, and give the resistance; runs at constant rate in both directions within
+/// --range give the torque constant by the gear ratio of 2011h:3, and friction; two excitations
+/// give inertia and delay. What is wrong or cannot be identified is refused with exit status 3, and
+/// nothing is written; otherwise 607Dh and 2011h:1, 2, 4, 5 and 6 are written, and all parameters
+/// are saved (1010h). A value that a second measurement contradicts, and a viscous friction that is
+/// not known from zero, are reported and not written.
 #[derive(Debug, Args)]
 pub struct Commission {
     /// Range of the angle, deg
@@ -57,7 +59,11 @@ impl Commission {
             commission::write(&mut client, &limits, &findings)?;
         }
         match self.at.json() {
-            true => print_json(&json!({ "saved": !self.dry_run, "findings": findings })),
+            true => print_json(&json!({
+                "saved": !self.dry_run,
+                "findings": findings,
+                "objects": findings.objects(),
+            })),
             false => print(&table(&findings, self.dry_run)),
         }
     }
@@ -87,23 +93,41 @@ impl Commission {
 /// A line for each value; what is identified has its standard error.
 fn table(findings: &Findings, is_dry: bool) -> String {
     let mut text = String::new();
-    let estimate = findings.torque_constant_nm_a;
-    let (value, error) = (estimate.value, estimate.standard_error);
-    let _ = writeln!(
-        text,
-        "{:<28}{value:.6} +- {error:.6}",
-        "torque constant, Nm/A"
-    );
-    let supply = findings.least_supply_v;
-    let _ = writeln!(text, "{:<28}{supply:.2}", "lowest supply, V");
-    let _ = writeln!(
-        text,
-        "{:<28}{:.1}",
-        "board, deg C", findings.temperature_deg_c
-    );
-    text += match is_dry {
-        true => "not written: --dry-run\n",
-        false => "written and saved\n",
+    let friction = &findings.friction;
+    let dynamics = &findings.dynamics;
+    let estimates = [
+        ("resistance, ohm", findings.resistance_ohm),
+        ("torque constant, Nm/A", findings.torque_constant_nm_a),
+        ("friction upward, Nm", friction.upward.coulomb_nm),
+        ("friction downward, Nm", friction.downward.coulomb_nm),
+        ("viscous upward, Nm s/rad", friction.upward.viscous_nm_s),
+        ("viscous downward, Nm s/rad", friction.downward.viscous_nm_s),
+        ("inertia, kg m^2", dynamics.inertia_kg_m2),
+        ("delay, s", dynamics.delay_s),
+    ];
+    for (name, estimate) in estimates {
+        let (value, error) = (estimate.value, estimate.standard_error);
+        let _ = writeln!(text, "{name:<28}{value:.6} +- {error:.6}");
+    }
+    let values = [
+        ("backlash, deg", dynamics.backlash_deg),
+        ("lowest supply, V", findings.least_supply_v),
+        ("board, deg C", findings.temperature_deg_c),
+    ];
+    for (name, value) in values {
+        let _ = writeln!(text, "{name:<28}{value:.2}");
+    }
+    for contradiction in &dynamics.contradictions {
+        let _ = writeln!(text, "contradiction: {}", contradiction.text);
+    }
+    let objects: Vec<_> = findings
+        .objects()
+        .iter()
+        .map(|(object, _)| *object)
+        .collect();
+    let _ = match is_dry {
+        true => writeln!(text, "not written: --dry-run"),
+        false => writeln!(text, "written and saved: 607D, {}", objects.join(", ")),
     };
     text
 }

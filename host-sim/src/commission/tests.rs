@@ -9,7 +9,10 @@ use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::sensors::adc::AdcCode;
 use model_core::sensors::noise::Noise;
 
-use super::{CommissionError, Estimate, Findings, Friction, Kept, Limits, measure, write};
+use super::{
+    CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits, Parameter, measure,
+    write,
+};
 use crate::can::client::Client;
 use crate::can::link::Link;
 use crate::can::names;
@@ -242,5 +245,36 @@ fn only_the_write_changes_what_the_actuator_keeps() {
     assert_eq!(client.integer("607D:2").expect("a limit"), 60_000);
     write(&mut client, &LIMITS, &found).expect("it saves");
     assert_ne!(model(&mut client), before);
+    for (object, value) in found.objects() {
+        let stored = client.get(names::find(object).expect("an object"));
+        let stored = stored.expect("a value").to_string();
+        assert_eq!(stored, (value as f32).to_string(), "{object}");
+    }
     assert_eq!(client.integer("607D:2").expect("a limit"), 45_000);
+}
+
+#[test]
+fn what_is_contradicted_or_not_known_is_not_stored() {
+    let mut found =
+        measure(&mut client(&secret(4), Defects::default()), &LIMITS).expect("a good bench");
+    let objects = |found: &Findings| -> Vec<_> {
+        found
+            .objects()
+            .into_iter()
+            .map(|(object, _)| object)
+            .collect()
+    };
+    // Viscous friction is below the error of the dividers.
+    assert_eq!(objects(&found), ["2011:1", "2011:2", "2011:4", "2011:6"]);
+    found.friction.upward.viscous_nm_s.standard_error = 1e-5;
+    found.friction.downward.viscous_nm_s.standard_error = 1e-5;
+    assert!(objects(&found).contains(&"2011:5"));
+    for parameter in [Parameter::Inertia, Parameter::Coulomb] {
+        let text = String::new();
+        found
+            .dynamics
+            .contradictions
+            .push(Contradiction { parameter, text });
+    }
+    assert_eq!(objects(&found), ["2011:1", "2011:2", "2011:5"]);
 }
