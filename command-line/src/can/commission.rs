@@ -24,8 +24,8 @@ use host_sim::commission::{self, CommissionError, Findings, Kept, Limits};
 /// not known from zero, are reported and not written.
 #[derive(Debug, Args)]
 pub struct Commission {
-    /// Range of the angle, deg
-    #[arg(long, num_args = 2, value_names = ["MIN", "MAX"], required = true)]
+    /// Range of the angle, deg; without it the stops are found at half of --current
+    #[arg(long, num_args = 2, value_names = ["MIN", "MAX"])]
     range: Vec<f64>,
     /// Highest current of the pulses, % of the rated current 6075h
     #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=200))]
@@ -56,7 +56,7 @@ impl Commission {
         let findings = findings?;
         restored?;
         if !self.dry_run {
-            commission::write(&mut client, &limits, &findings)?;
+            commission::write(&mut client, &findings)?;
         }
         match self.at.json() {
             true => print_json(&json!({
@@ -69,25 +69,28 @@ impl Commission {
     }
 
     fn limits(&self) -> Result<Limits, Error> {
-        let (low, high) = match self.range[..] {
-            [low, high] => (mdeg("--range", low)?, mdeg("--range", high)?),
-            _ => (0, 0),
+        let range_mdeg = match self.range[..] {
+            [low, high] => Some(range(mdeg("--range", low)?, mdeg("--range", high)?)?),
+            _ => None,
         };
-        // A pulse needs 15 deg on both sides, and a run room for its settling.
-        // Two turns are reached in the time of a run.
-        let width = i64::from(high) - i64::from(low);
-        if !(40_000..=720_000).contains(&width) {
-            let text = format!(
-                "--range is {low} to {high} mdeg, expected 40 to 720 deg from MIN up to MAX"
-            );
-            return Err(Error::Conflict(text));
-        }
         Ok(Limits {
-            range_mdeg: (low, high),
+            range_mdeg,
             permille: self.current * 10,
             rate_mdeg_s: i32::from(self.rate) * 1000,
         })
     }
+}
+
+/// A pulse needs 15 deg on both sides, and a run room for its settling. Two turns are reached in
+/// the time of a run.
+fn range(low: i32, high: i32) -> Result<(i32, i32), Error> {
+    let width = i64::from(high) - i64::from(low);
+    if (40_000..=720_000).contains(&width) {
+        return Ok((low, high));
+    }
+    let text =
+        format!("--range is {low} to {high} mdeg, expected 40 to 720 deg from MIN up to MAX");
+    Err(Error::Conflict(text))
 }
 
 /// A line for each value; what is identified has its standard error.
@@ -117,6 +120,9 @@ fn table(findings: &Findings, is_dry: bool) -> String {
     for (name, value) in values {
         let _ = writeln!(text, "{name:<28}{value:.2}");
     }
+    let (low, high) = findings.range_mdeg;
+    let [low, high] = [low, high].map(|mdeg| f64::from(mdeg) * 1e-3);
+    let _ = writeln!(text, "{:<28}{low:.1} to {high:.1}", "range, deg");
     for contradiction in &dynamics.contradictions {
         let _ = writeln!(text, "contradiction: {}", contradiction.text);
     }

@@ -9,7 +9,7 @@ use super::motor_fit::{Fitted, Fitting, Motor, Start};
 use super::resistance::{COLD_DEG_C, Cold, winding_deg_c};
 use super::runs::arrive;
 use super::samples::{Board, SIGNALS, Sample, real};
-use super::{CommissionError, Estimate, Limits, record};
+use super::{CommissionError, Estimate, record};
 use crate::can::client::{Client, ClientError};
 use crate::can::excitation;
 
@@ -87,14 +87,13 @@ pub enum Parameter {
     Coulomb,
 }
 
-/// Excites, and fits.
+/// Excites around the centre of this range, mdeg, and fits.
 pub fn measure(
     client: &mut Client,
-    limits: &Limits,
+    (low, high): (i32, i32),
     board: &Board,
     (cold, constant, friction): (&Cold, Estimate, &Friction),
 ) -> Result<Dynamics, CommissionError> {
-    let (low, high) = limits.range_mdeg;
     let centre_mdeg = low.midpoint(high);
     let coulomb = friction
         .upward

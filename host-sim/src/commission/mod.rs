@@ -8,6 +8,7 @@ mod regression;
 mod resistance;
 mod runs;
 mod samples;
+mod stops;
 #[cfg(test)]
 mod tests;
 mod winding;
@@ -63,6 +64,8 @@ impl Estimate {
 /// What is measured.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Findings {
+    /// The range of the angle, mdeg.
+    pub range_mdeg: (i32, i32),
     /// Resistance of winding, brushes and bridge at 25 deg C, ohm.
     pub resistance_ohm: Estimate,
     /// Torque constant of the motor by the gear ratio 2011h:3, Nm/A.
@@ -124,8 +127,8 @@ pub enum CommissionError {
 /// The limits of the motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// The range of the angle, which becomes 607Dh, mdeg.
-    pub range_mdeg: (i32, i32),
+    /// The range of the angle, which becomes 607Dh, mdeg; the stops are found where it is not given.
+    pub range_mdeg: Option<(i32, i32)>,
     /// Highest current of the pulses, in thousandths of the rated current 6075h.
     pub permille: u16,
     /// Highest rate of the runs, mdeg/s.
@@ -149,20 +152,27 @@ fn uniform(largest: f64) -> f64 {
 /// [`CommissionError`].
 pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionError> {
     client.quick_stop()?;
-    wiring::check_room(client, limits)?;
+    if let Some(range_mdeg) = limits.range_mdeg {
+        wiring::check_room(client, range_mdeg)?;
+    }
     // So far above the rate of the runs that the limit does not act on them.
     client.write("6080", &(limits.rate_mdeg_s / 4 * 5).to_string())?;
     let mut board = samples::Board::of(client)?;
     wiring::check(client, limits, &board)?;
     let cold = resistance::measure(client, limits, &mut board)?;
-    let runs = runs::measure(client, limits, &board)?;
+    let range_mdeg = match limits.range_mdeg {
+        Some(range_mdeg) => range_mdeg,
+        None => stops::find(client, limits)?,
+    };
+    let runs = runs::measure(client, (range_mdeg, limits.rate_mdeg_s), &board)?;
     resistance::check(&cold, &runs.runs)?;
     let constant = runs.back_emf_per_rate()?;
     let friction = friction::measure(&runs, &cold, constant)?;
-    let dynamics = inertia::measure(client, limits, &board, (&cold, constant, &friction))?;
+    let dynamics = inertia::measure(client, range_mdeg, &board, (&cold, constant, &friction))?;
     client.quick_stop()?;
     let ratio = samples::real(client, "2011:3")?;
     Ok(Findings {
+        range_mdeg,
         resistance_ohm: cold.resistance_ohm,
         torque_constant_nm_a: constant.over(ratio),
         friction,

@@ -6,7 +6,7 @@ use std::time::Duration;
 use super::regression::slope;
 use super::samples::{Board, SIGNALS, Sample};
 use super::write::write_range;
-use super::{CommissionError, Estimate, GAIN_ERROR, Limits, PERIOD_S, record, refuse, uniform};
+use super::{CommissionError, Estimate, GAIN_ERROR, PERIOD_S, record, refuse, uniform};
 use crate::can::client::{Client, ClientError};
 use canopen::cia402::statusword;
 
@@ -53,13 +53,12 @@ pub struct Runs {
     pub temperature_deg_c: f64,
 }
 
-/// Runs at four rates in both directions.
+/// Runs at four rates up to this one, mdeg/s, in both directions within this range, mdeg.
 pub fn measure(
     client: &mut Client,
-    limits: &Limits,
+    ((low, high), rate_mdeg_s): ((i32, i32), i32),
     board: &Board,
 ) -> Result<Runs, CommissionError> {
-    let (low, high) = limits.range_mdeg;
     client.quick_stop()?;
     write_range(client, (low.into(), high.into()))?;
     let (centre, half) = (
@@ -68,7 +67,7 @@ pub fn measure(
     );
     let ends = (centre - half, centre + half);
     client.enable(1)?;
-    client.write("6081", &limits.rate_mdeg_s.to_string())?;
+    client.write("6081", &rate_mdeg_s.to_string())?;
     arrive(client, ends.0)?;
     let mut found = Runs {
         runs: Vec::new(),
@@ -77,7 +76,7 @@ pub fn measure(
         temperature_deg_c: f64::NEG_INFINITY,
     };
     for quarter in [1, 2, 3, 4] {
-        let rate = limits.rate_mdeg_s / 4 * quarter;
+        let rate = rate_mdeg_s / 4 * quarter;
         client.write("6081", &rate.to_string())?;
         for end in [ends.1, ends.0] {
             let (capture, moved) = record(client, &SIGNALS, |client| arrive(client, end))?;

@@ -19,30 +19,34 @@ use crate::can::names;
 use crate::can::native_node::{CAPTURE_VALUES, NativeNode};
 
 /// A bus of one node whose time goes on while the client waits.
-struct Bench(NativeNode<'static>);
+struct Bench {
+    node: NativeNode<'static>,
+    /// The shaft must not be beyond this angle, deg.
+    limit_deg: f64,
+}
 
 impl Bench {
     /// A control period, in which the shaft is within the range.
     fn step(&mut self) {
-        self.0.step(self.0.next_us());
-        let angle_deg = self.0.angle_deg();
-        assert!(angle_deg.abs() < 45.0, "{angle_deg} deg");
+        self.node.step(self.node.next_us());
+        let angle_deg = self.node.angle_deg();
+        assert!(angle_deg.abs() <= self.limit_deg, "{angle_deg} deg");
     }
 }
 
 impl Link for Bench {
     fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
-        self.0.receive(frame);
+        self.node.receive(frame);
         Ok(())
     }
 
     fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
-        let end = self.0.next_us() + timeout.as_micros() as u64;
+        let end = self.node.next_us() + timeout.as_micros() as u64;
         loop {
-            if let Some(frame) = self.0.transmit() {
+            if let Some(frame) = self.node.transmit() {
                 return Ok(Some(frame));
             }
-            if self.0.next_us() > end {
+            if self.node.next_us() > end {
                 return Ok(None);
             }
             self.step();
@@ -50,26 +54,33 @@ impl Link for Bench {
     }
 
     fn pause(&mut self, time: Duration) -> io::Result<()> {
-        let end = self.0.next_us() + time.as_micros() as u64;
-        while self.0.next_us() < end {
+        let end = self.node.next_us() + time.as_micros() as u64;
+        while self.node.next_us() < end {
             self.step();
-            while self.0.transmit().is_some() {}
+            while self.node.transmit().is_some() {}
         }
         Ok(())
     }
 }
 
 const LIMITS: Limits = Limits {
-    range_mdeg: (-45_000, 45_000),
+    range_mdeg: Some((-45_000, 45_000)),
     permille: 1000,
     rate_mdeg_s: 120_000,
 };
 
 fn client(options: &BoardPlantOptions, defects: Defects) -> Client {
+    client_within(options, defects, 45.0)
+}
+
+fn client_within(options: &BoardPlantOptions, defects: Defects, limit_deg: f64) -> Client {
     let buffer = Box::leak(Box::new([0; CAPTURE_VALUES]));
     let mut node = NativeNode::new(1, NodeId::new(1), options, buffer).expect("a plant");
     *node.defects() = defects;
-    let mut bench = Bench(node);
+    let mut bench = Bench {
+        node,
+        limit_deg: limit_deg.min(options.drivetrain.gear_train.hard_stop_deg),
+    };
     // The start of the node.
     bench.pause(Duration::from_millis(100)).expect("no input");
     Client::new(Box::new(bench), 1)
@@ -243,7 +254,7 @@ fn only_the_write_changes_what_the_actuator_keeps() {
     assert_eq!(model(&mut client), before);
     assert_eq!(client.integer("2031:2").expect("a signal"), signal);
     assert_eq!(client.integer("607D:2").expect("a limit"), 60_000);
-    write(&mut client, &LIMITS, &found).expect("it saves");
+    write(&mut client, &found).expect("it saves");
     assert_ne!(model(&mut client), before);
     for (object, value) in found.objects() {
         let stored = client.get(names::find(object).expect("an object"));
@@ -277,4 +288,35 @@ fn what_is_contradicted_or_not_known_is_not_stored() {
             .push(Contradiction { parameter, text });
     }
     assert_eq!(objects(&found), ["2011:1", "2011:2", "2011:5"]);
+}
+
+#[test]
+fn without_a_range_the_stops_are_found_and_the_range_lies_within_them() {
+    const FIND: Limits = Limits {
+        range_mdeg: None,
+        ..LIMITS
+    };
+    for (seed, stop_deg) in [(0, 30.0), (1, 75.0), (2, 120.0)] {
+        let mut options = secret(seed);
+        options.drivetrain.gear_train.hard_stop_deg = stop_deg;
+        let mut client = client_within(&options, Defects::default(), stop_deg);
+        let found = measure(&mut client, &FIND).expect("a good bench");
+        let (low, high) = found.range_mdeg;
+        // The margin of 3 deg, the eccentricity of up to 0.7 deg, and what the gears yield.
+        for (limit, sign) in [(low, -1.0), (high, 1.0)] {
+            let within_deg = stop_deg - f64::from(limit) * 1e-3 * sign;
+            assert!(
+                (2.0..4.0).contains(&within_deg),
+                "bench {seed}: {limit} mdeg"
+            );
+        }
+    }
+    let mut options = secret(3);
+    options.drivetrain.gear_train.hard_stop_deg = 30_000.0;
+    let error = measure(
+        &mut client_within(&options, Defects::default(), 400.0),
+        &FIND,
+    );
+    let error = error.expect_err("no stop").to_string();
+    assert!(error.contains("no stop within 360 deg"), "{error}");
 }

@@ -98,8 +98,7 @@ pub fn judge(pulse: &Pulse) -> Result<bool, String> {
 const ROOM_MDEG: i32 = 15_000;
 
 /// Refuses a shaft from which a pulse could leave the range.
-pub fn check_room(client: &mut Client, limits: &Limits) -> Result<(), CommissionError> {
-    let (low, high) = limits.range_mdeg;
+pub fn check_room(client: &mut Client, (low, high): (i32, i32)) -> Result<(), CommissionError> {
     let (low, high) = (low + ROOM_MDEG, high - ROOM_MDEG);
     let present = client.integer("6064")?;
     if (i64::from(low)..=i64::from(high)).contains(&present) {

@@ -1,7 +1,7 @@
 //! The last step: range and model are written and saved as one set.
 
 use super::inertia;
-use super::{CommissionError, Findings, Limits};
+use super::{CommissionError, Findings};
 use crate::can::client::{Client, ClientError};
 use crate::can::sdo::SdoError;
 
@@ -61,12 +61,8 @@ pub(super) fn write_range(client: &mut Client, (low, high): (i64, i64)) -> Resul
 ///
 /// # Errors
 /// [`CommissionError`].
-pub fn write(
-    client: &mut Client,
-    limits: &Limits,
-    findings: &Findings,
-) -> Result<(), CommissionError> {
-    let (low, high) = limits.range_mdeg;
+pub fn write(client: &mut Client, findings: &Findings) -> Result<(), CommissionError> {
+    let (low, high) = findings.range_mdeg;
     write_range(client, (low.into(), high.into()))?;
     for (object, value) in findings.objects() {
         client.write(object, &value.to_string())?;
