@@ -9,16 +9,16 @@ use crate::can::client::Client;
 
 const STEP: &str = "stops";
 
-/// Greatest rate, at which the shaft meets a stop, mdeg/s.
-const RATE_MDEG_S: i64 = 60_000;
+/// Greatest rate, at which the shaft meets a stop, mdeg/s. Gears that yield throw it back.
+const RATE_MDEG_S: i64 = 30_000;
 
 /// Share of the highest current that turns it: a divisor.
 const SHARE: i32 = 2;
 
-/// The shaft stands where it travels less than this, mdeg, in this time: a hundredth of the way at
-/// the greatest rate, and three counts of the encoder.
+/// The shaft stands where all angles of this time are within this, mdeg: a fortieth of the way at
+/// the greatest rate, and three counts of the encoder. It is shorter than the stall time 2100h:0E.
 const STANDING_MDEG: i64 = 300;
-const STANDING: Duration = Duration::from_millis(500);
+const STANDING: Duration = Duration::from_millis(400);
 
 /// Interval of the readings of the angle.
 const STEP_TIME: Duration = Duration::from_millis(20);
@@ -80,13 +80,17 @@ fn approach(client: &mut Client, begin: i64, permille: i32) -> Result<i64, Commi
                 format!("no stop within 360 deg of {begin} mdeg, expected one: --range is needed");
             return refuse(STEP, why);
         }
-        let before = angles
+        angles.push(angle);
+        let last = angles
             .len()
             .checked_sub(readings)
-            .map(|place| angles[place]);
-        if before.is_some_and(|before| (angle - before).abs() < STANDING_MDEG) {
+            .map(|from| &angles[from..]);
+        let spread = |last: &[i64]| last.iter().max().zip(last.iter().min()).map(|(a, b)| a - b);
+        if last
+            .and_then(spread)
+            .is_some_and(|spread| spread < STANDING_MDEG)
+        {
             return Ok(angle);
         }
-        angles.push(angle);
     }
 }
