@@ -4,10 +4,11 @@
 //! k i = c + b w + J w'        upward, and likewise downward
 //! ```
 //!
-//! The rate and its change are those of the back-EMF. The change is small, and still the torque for
-//! it is not against that of friction. The mean current is that of the measured winding with the duty, the supply and the back-EMF, not
-//! that of its samples: at a constant rate the current is a small part of what pulses. An error of
-//! a gain is in proportion to the rate, and therefore one of the viscous friction alone.
+//! The rate and its change are those of the back-EMF: the position loop settles so slowly that the
+//! torque of the remaining change is not small against friction. The mean current is that of the
+//! measured winding with the duty, the supply and the back-EMF, not that of its samples: at a
+//! constant rate the current is a small part of what pulses. An error of a gain of the voltages is
+//! in proportion to the rate, and therefore one of the viscous friction alone.
 
 use super::regression::{regression, slope};
 use super::resistance::Cold;

@@ -112,7 +112,10 @@ pub fn measure(
         let values = (one.against_another(), other.against_another());
         contradiction((parameter, name), (CHIRP.0, MULTISINE.0), values)
     };
-    let coulombs = (one.coulomb_nm.whole(), coulomb);
+    let of_runs = |of_chirp: Fitting| {
+        let name = (Parameter::Coulomb, "Coulomb friction, Nm");
+        contradiction(name, (CHIRP.0, "the runs"), (of_chirp.whole(), coulomb))
+    };
     let contradictions = [
         of_excitations(
             Parameter::Inertia,
@@ -121,11 +124,7 @@ pub fn measure(
             other.inertia_kg_m2,
         ),
         of_excitations(Parameter::Delay, "delay, s", one.delay_s, other.delay_s),
-        contradiction(
-            (Parameter::Coulomb, "Coulomb friction, Nm"),
-            (CHIRP.0, "the runs"),
-            coulombs,
-        ),
+        one.coulomb_nm.and_then(of_runs),
     ];
     Ok(Dynamics {
         inertia_kg_m2: one.inertia_kg_m2.whole(),

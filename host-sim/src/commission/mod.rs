@@ -1,5 +1,6 @@
-//! Commissioning of an actuator over its bus: its wiring is checked at limited current, then runs
-//! at constant rate give the torque constant. Nothing is saved before all steps have succeeded.
+//! Commissioning of an actuator over its bus: its wiring is checked at limited current; pulses give
+//! the resistance, runs at constant rate torque constant and friction, excitations inertia and
+//! delay. Nothing is saved before all steps have succeeded.
 
 mod friction;
 mod inertia;
@@ -12,6 +13,7 @@ mod stops;
 #[cfg(test)]
 mod tests;
 mod winding;
+mod winding_fit;
 mod wiring;
 mod write;
 
@@ -53,6 +55,7 @@ impl Estimate {
         self.standard_error / self.value.abs()
     }
 
+    /// Divided by a number that is known.
     fn over(self, divisor: f64) -> Self {
         Self {
             value: self.value / divisor,
@@ -127,7 +130,7 @@ pub enum CommissionError {
 /// The limits of the motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// The range of the angle, which becomes 607Dh, mdeg; the stops are found where it is not given.
+    /// The range of the angle, which becomes 607Dh, mdeg; without it the stops are found.
     pub range_mdeg: Option<(i32, i32)>,
     /// Highest current of the pulses, in thousandths of the rated current 6075h.
     pub permille: u16,

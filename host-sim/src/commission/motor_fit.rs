@@ -91,8 +91,8 @@ pub struct Fitted {
     pub inertia_kg_m2: Fitting,
     /// Delay, s.
     pub delay_s: Fitting,
-    /// Coulomb friction, Nm.
-    pub coulomb_nm: Fitting,
+    /// Coulomb friction, Nm, where the recording determines it.
+    pub coulomb_nm: Option<Fitting>,
     /// Free play, deg.
     pub backlash_deg: f64,
 }
@@ -142,7 +142,7 @@ impl Fitted {
         Ok(Self {
             inertia_kg_m2: fitting(INERTIA)?,
             delay_s: fitting(DELAY)?,
-            coulomb_nm: fitting(COULOMB)?,
+            coulomb_nm: fitting(COULOMB).ok(),
             backlash_deg: here.value(BACKLASH).unwrap_or(0.0),
         })
     }
@@ -194,7 +194,11 @@ fn solve(
         problem.free("load_torque_nm")?;
         problem.free(BACKLASH)?;
         for (name, value) in starting {
-            problem.start(name, *value)?;
+            // The objects have wider ranges than the search.
+            let specs = problem.specs.iter();
+            let bounds = specs.filter(|spec| spec.parameter.name == *name);
+            let within = bounds.fold(*value, |value, spec| value.max(spec.low).min(spec.high));
+            problem.start(name, within)?;
         }
         let options = Options {
             starts,

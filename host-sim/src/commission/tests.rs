@@ -154,11 +154,10 @@ fn all_values_of_twenty_benches_are_within_three_standard_errors() {
         );
         for (name, estimate, truth, share) in compared(&options, &found) {
             let z = (estimate.value - truth) / estimate.standard_error;
-            println!("{seed} {name}: {estimate:?} of {truth:.5}, {z:+.2}");
             // Not true for NaN either.
             let is_right = z.abs() < 3.0 && estimate.standard_error < share * truth;
             if !is_right {
-                wrong.push(format!("{seed}: {name} {estimate:?}, expected {truth}"));
+                wrong.push(format!("{seed}: {name} {estimate:?}, {z:+.2} from {truth}"));
             }
         }
     }

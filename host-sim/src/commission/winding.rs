@@ -12,6 +12,7 @@
 use model_core::control::pwm_timer::{
     CurrentInstant, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER, WINDOW_START,
 };
+use model_core::plant::drivetrain::electrical::ElectricalParameters;
 use model_core::time::PWM_PERIODS_PER_CONTROL_PERIOD;
 
 /// Length of a PWM period, s.
@@ -24,7 +25,7 @@ const COUNT_S: f64 = TIMER_DIVIDER as f64 / TIMER_CLOCK_HZ as f64;
 const DEAD_S: f64 = 1e-6;
 
 /// Forward voltage of the two diodes that conduct in the window, V.
-const DIODES_V: f64 = 1.4;
+const DIODES_V: f64 = 2.0 * ElectricalParameters::DEFAULT.diode_drop_v;
 
 /// A winding.
 #[derive(Debug, Clone, Copy, PartialEq)]
