@@ -28,6 +28,8 @@
 
 mod back_emf_brake;
 mod current_limit;
+mod dead_band;
+mod feed_forward;
 mod regulation;
 mod requests;
 mod stop_progress;
@@ -44,19 +46,19 @@ pub use crate::interface::{
     Settings, Taken, Telemetry, TorqueSetpoint,
 };
 
-pub use self::current_limit::MotorLimits;
 pub(crate) use self::requests::may_retune;
+pub use self::{current_limit::MotorLimits, dead_band::DeadBandSettings};
 
 use self::{
-    back_emf_brake::BackEmfBrake, current_limit::CurrentLimit, stop_progress::StopProgress,
-    stopping::Stopping,
+    back_emf_brake::BackEmfBrake, current_limit::CurrentLimit, dead_band::DeadBand,
+    feed_forward::FeedForward, stop_progress::StopProgress, stopping::Stopping,
 };
 use crate::{
     command::SetpointSource,
     faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, PERMANENT, Reaction},
     measure::Single,
     parameters::{BoardParameters, StopSettings},
-    protection::{Conditions, Measured, Protection, Winding},
+    protection::{Conditions, Counter, Measured, Protection, Winding},
     timing::periods,
     velocity::VelocityTracker,
 };
@@ -129,6 +131,8 @@ pub struct Application {
     back_emf_stop: Option<StopProgress>,
     back_emf_brake: BackEmfBrake,
     current_limit: CurrentLimit,
+    feed_forward: FeedForward,
+    dead_band: DeadBand,
     log: FaultLog,
     start: FaultSet,
     is_late: bool,
@@ -167,6 +171,8 @@ impl Application {
             back_emf_stop: None,
             back_emf_brake: BackEmfBrake::default(),
             current_limit: CurrentLimit::default(),
+            feed_forward: FeedForward::default(),
+            dead_band: DeadBand::default(),
             log: FaultLog::default(),
             start: start.faults(),
             is_late: false,
@@ -263,6 +269,11 @@ impl Application {
         &self.outputs
     }
 
+    /// The mean voltage of the motor that the demanded motion needs in this control period, mV.
+    pub(crate) fn demand_voltage(&mut self, voltage_mv: i32) {
+        self.feed_forward.demand(voltage_mv);
+    }
+
     /// The last step ended too late: its duty took effect one PWM period after it was due. That
     /// counts as a missed control period, but no sample was lost.
     pub fn was_late(&mut self) {
@@ -304,9 +315,9 @@ impl Application {
             is_following: self.state == BoardState::Enabled,
             angle: self.control.angle(),
             rate: self.control.rate(),
-            setpoint: match setpoint {
-                Setpoint::Angle(angle) => gains.reachable(angle).into(),
-                rate => rate,
+            setpoint: match setpoint.angle() {
+                Some(angle) => gains.reachable(angle).into(),
+                None => setpoint,
             },
             rate_command: self.last_step.rate_command,
             duty: self.last_step.duty,
@@ -419,6 +430,7 @@ impl Application {
         t.rate_command = self.last_step.rate_command;
         t.duty = self.last_step.duty;
         t.limits = self.last_step.limits;
+        t.counter = self.protection.counter(Counter::of_tick(t.tick));
         t.winding = Single::new(self.protection.winding().deg_c());
         t.servo_pulse_us = self.setpoints.servo_pulse_us();
         t.servo_glitches = self.setpoints.servo_glitches();

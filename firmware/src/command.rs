@@ -187,10 +187,7 @@ impl SetpointSource {
             }
             CommandSource::Bus | CommandSource::Excitation => self.target,
         };
-        self.command = match setpoint {
-            Setpoint::Angle(angle) => angle,
-            Setpoint::Rate(_) => measured,
-        };
+        self.command = setpoint.angle().unwrap_or(measured);
         setpoint
     }
 

@@ -13,7 +13,7 @@ use model_core::{
 };
 
 use crate::{
-    application::MotorLimits,
+    application::{DeadBandSettings, MotorLimits},
     faults::{Fault, FaultSet},
     measure::{MotorConstants, Single},
     parameters::{BoardParameters, CommandSettings, Parameter},
@@ -87,6 +87,8 @@ pub struct Settings<'a> {
     pub motor: &'a MotorConstants,
     /// The limits of current and temperature.
     pub limits: &'a MotorLimits,
+    /// When a shaft rests.
+    pub dead_band: &'a DeadBandSettings,
 }
 
 /// State of the CAN controller (ISO 11898-1, fault confinement).
@@ -328,6 +330,8 @@ pub struct Telemetry {
     pub pulse_age: u16,
     /// Servo pulses of invalid width since the reset.
     pub servo_glitches: u32,
+    /// The protection's counter [of this tick](crate::protection::Counter::of_tick).
+    pub counter: u16,
     /// The source of the setpoint.
     pub source: CommandSource,
     /// The source of the setpoint while no excitation runs.

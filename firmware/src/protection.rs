@@ -4,6 +4,7 @@
 //! limit. A missing sample does not change the counter. The application decides by its state which
 //! faults it latches and how it reacts.
 
+mod counters;
 pub mod encoder;
 pub mod following;
 mod lasting;
@@ -24,7 +25,7 @@ use model_core::control::{
     units::{Angle, Percent, Rate},
 };
 
-pub use self::winding::Winding;
+pub use self::{counters::Counter, winding::Winding};
 
 use self::{
     encoder::EncoderGuard, following::FollowingGuard, over_current::OverCurrentGuard,

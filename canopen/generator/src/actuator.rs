@@ -12,7 +12,7 @@ use crate::{
 const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
 
 /// The groups of stored fields: path, type and content.
-const GROUPS: [Group; 20] = [
+const GROUPS: [Group; 21] = [
     Group::new(
         StorageLocation::Parameters,
         "command",
@@ -114,6 +114,12 @@ const GROUPS: [Group; 20] = [
         "limits",
         "LimitSettings",
         "Limits of torque and current.",
+    ),
+    Group::new(
+        StorageLocation::Values,
+        "tracking",
+        "TrackingSettings",
+        "Feed-forward, and the dead band at rest.",
     ),
     Group::new(
         StorageLocation::Values,

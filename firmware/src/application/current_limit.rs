@@ -242,7 +242,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::measure::MotorConstants;
+    use crate::{application::DeadBandSettings, measure::MotorConstants};
 
     #[test]
     fn the_current_of_a_supply_that_sags_only_decreases_and_returns_slowly() {
@@ -251,6 +251,7 @@ mod tests {
             board: &board,
             motor: &MotorConstants::of(&model),
             limits: &MotorLimits::of(&LimitSettings::DEFAULT, &board, &model),
+            dead_band: &DeadBandSettings::default(),
         };
         let mut limit = CurrentLimit::default();
         let mut after = |supply_mv, mean_ma: i32| {

@@ -48,6 +48,9 @@ impl Application {
             }
             None => self.current_limit.reset(),
         }
+        if self.state != BoardState::Enabled {
+            self.feed_forward.end();
+        }
         match self.state {
             BoardState::FaultReaction if self.back_emf_stop.is_some() => {
                 self.stop_without_encoder(parameters, measured.back_emf_mv);
@@ -61,8 +64,11 @@ impl Application {
                     self.back_emf_brake.observe(current, back_emf_mv);
                 }
                 let step = match self.setpoints.torque() {
-                    Some(torque) => self.follow_torque(settings, measured, torque),
-                    None => self.control.regulate(&parameters.control, setpoint),
+                    Some(torque) => {
+                        self.feed_forward.end();
+                        self.follow_torque(settings, measured, torque)
+                    }
+                    None => self.follow_setpoint(settings, setpoint),
                 };
                 self.apply_limited(settings, measured, step);
             }
@@ -79,6 +85,25 @@ impl Application {
                     self.compare = PwmCompare::default();
                 }
             }
+        }
+    }
+
+    /// A step of the control law around a setpoint, with what is fed forward, or of a shaft that
+    /// rests there.
+    fn follow_setpoint(&mut self, settings: Settings<'_>, setpoint: Setpoint) -> CascadeStep {
+        let control = &settings.board.control;
+        let supply_mv = self.outputs.telemetry.supply_mv;
+        if let Some(change) = self.feed_forward.change(supply_mv) {
+            self.control.feed_forward(change);
+        }
+        let command = match setpoint {
+            Setpoint::Angle(angle) => Some(control.reachable(angle)),
+            Setpoint::Moving(..) | Setpoint::Rate(_) => None,
+        };
+        let last = (self.control.angle(), self.last_step.duty);
+        match (self.dead_band).rests(settings.dead_band, command, last, supply_mv) {
+            true => (self.control).follow_duty(control, Percent::ZERO, Percent::ZERO),
+            false => self.control.regulate(control, setpoint),
         }
     }
 

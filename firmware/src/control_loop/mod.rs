@@ -18,16 +18,17 @@
 pub(crate) mod axis_parameters;
 mod commands;
 mod failsafe;
+mod feed_forward;
 mod motion;
 mod parameters;
 
 use canopen::cia402::{Axis, Cia402State, Mode};
 
-use self::failsafe::Failsafe;
 pub use self::{
     commands::{Command, Commands, ExcitationRequest, Numbered},
     parameters::LoopParameters,
 };
+use self::{failsafe::Failsafe, feed_forward::Demanded};
 use crate::{
     application::{Application, BoardState, CommandSource, Outputs, Request, Samples, Start},
     faults::FaultSet,
@@ -70,6 +71,7 @@ pub struct State {
     /// The command of this control period.
     command: Command,
     failsafe: Failsafe,
+    demanded: Demanded,
     /// Faults of commands, which the application does not detect: missing ones, and a refused
     /// enable.
     command_faults: FaultSet,
@@ -214,6 +216,7 @@ impl State {
             axis: Axis::starting_from(parameters.origin_mdeg),
             command: *commands.at(commands.first()),
             failsafe: Failsafe::default(),
+            demanded: Demanded::default(),
             command_faults: FaultSet::EMPTY,
             pulse_age: u16::MAX,
             start: start.permanent(),
@@ -256,7 +259,7 @@ impl State {
             let written = self.take_command(inputs.commands);
             self.acknowledge();
             let demand = self.step_axis(parameters, written);
-            self.apply_demand(&parameters.axis, &demand);
+            self.apply_demand(parameters, &demand);
         }
         let settings = parameters.settings();
         self.application.control_period(settings, inputs.samples);

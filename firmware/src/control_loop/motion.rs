@@ -8,7 +8,7 @@ use canopen::cia402::{
 
 use model_core::control::cascade::Setpoint;
 
-use super::{LoopParameters, State, Written, failsafe::Reaction};
+use super::{LoopParameters, State, Written, failsafe::Reaction, feed_forward::ForwardGains};
 use crate::{
     application::{BoardState, CommandSource, Refused, Request, TorqueSetpoint},
     faults::{Fault, FaultSet},
@@ -140,15 +140,22 @@ impl State {
     }
 
     /// Requests from the application what the axis demands.
-    pub(super) fn apply_demand(&mut self, axis: &AxisParameters, output: &Output) {
+    pub(super) fn apply_demand(&mut self, parameters: &LoopParameters, output: &Output) {
+        let gains = &parameters.forward;
         match output.demand {
-            Demand::Off => self.power_off(axis, output.state),
-            Demand::Position { position, .. } => {
+            Demand::Off => self.power_off(&parameters.axis, output.state),
+            Demand::Position { position, velocity } => {
                 let of_encoder = position.saturating_sub(output.origin);
-                let setpoint = Setpoint::Angle(angle_of_mdeg(of_encoder));
+                let rate = self.forward_velocity(gains, velocity, output);
+                let setpoint = match rate {
+                    0 => Setpoint::Angle(angle_of_mdeg(of_encoder)),
+                    rate => Setpoint::Moving(angle_of_mdeg(of_encoder), rate_of_mdeg_s(rate)),
+                };
+                self.demand_voltage(gains, velocity, output);
                 self.command(output.state, Request::Command(setpoint));
             }
             Demand::Velocity(velocity) => {
+                self.demand_voltage(gains, velocity, output);
                 let setpoint = Setpoint::Rate(rate_of_mdeg_s(velocity));
                 self.command(output.state, Request::Command(setpoint));
             }
@@ -159,6 +166,29 @@ impl State {
                 };
                 self.command(output.state, Request::Torque(setpoint));
             }
+        }
+    }
+
+    /// The rate that is added to that of the position loop: a share of the demanded velocity, and
+    /// object 60B1h while the axis follows the target of the cyclic synchronous position mode.
+    fn forward_velocity(&self, gains: &ForwardGains, demanded_mdeg_s: i32, output: &Output) -> i32 {
+        let follows_target = output.statusword & statusword::MODE_12 != 0;
+        let offset = match output.mode_display {
+            Mode::CyclicPosition if follows_target => self.command.velocity_offset_mdeg_s,
+            _ => 0,
+        };
+        gains.velocity(demanded_mdeg_s).saturating_add(offset)
+    }
+
+    /// Feeds the voltage of this velocity forward while the commands of the mailbox are followed.
+    fn demand_voltage(&mut self, gains: &ForwardGains, velocity_mdeg_s: i32, output: &Output) {
+        let is_cyclic = matches!(
+            output.mode_display,
+            Mode::CyclicPosition | Mode::CyclicVelocity | Mode::InterpolatedPosition
+        );
+        let voltage_mv = (self.demanded).next(gains, velocity_mdeg_s, is_cyclic);
+        if self.is_commanded() {
+            self.application.demand_voltage(voltage_mv);
         }
     }
 

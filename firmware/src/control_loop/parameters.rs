@@ -2,13 +2,17 @@
 
 use canopen::cia402::Parameters as AxisParameters;
 
-use super::axis_parameters::{Polarity, axis_parameters};
+use super::{
+    axis_parameters::{Polarity, axis_parameters},
+    feed_forward::ForwardGains,
+};
 use crate::{
-    application::MotorLimits,
+    application::{DeadBandSettings, MotorLimits},
     drive::StoredParameters,
     interface::Settings,
     measure::MotorConstants,
     parameters::{BoardParameters, FailsafeSettings, ObjectValues},
+    timing::angle_of_mdeg,
 };
 
 /// Everything that the loop uses and a front end can set.
@@ -28,20 +32,30 @@ pub struct LoopParameters {
     pub motor: MotorConstants,
     /// The limits of current and temperature.
     pub limits: MotorLimits,
+    /// What is fed forward.
+    pub forward: ForwardGains,
+    /// The dead band at rest.
+    pub dead_band: DeadBandSettings,
 }
 
 impl LoopParameters {
     /// Those of a stored set, as message 0.
     pub fn of(stored: &StoredParameters) -> Self {
-        let values = stored.values();
+        Self::new(&stored.board, stored.values())
+    }
+
+    /// Those of these parameters and values, as message 0.
+    pub fn new(board: &BoardParameters, values: &ObjectValues) -> Self {
         Self {
             number: 0,
-            board: stored.board,
-            axis: axis_parameters(values, &stored.board),
+            board: *board,
+            axis: axis_parameters(values, board),
             failsafe: failsafe(values),
             origin_mdeg: values.homing.origin_mdeg,
             motor: MotorConstants::of(&values.model),
-            limits: MotorLimits::of(&values.limits, &stored.board, &values.model),
+            limits: MotorLimits::of(&values.limits, board, &values.model),
+            forward: ForwardGains::of(values),
+            dead_band: dead_band(values),
         }
     }
 
@@ -51,20 +65,29 @@ impl LoopParameters {
             board: &self.board,
             motor: &self.motor,
             limits: &self.limits,
+            dead_band: &self.dead_band,
         }
     }
 
-    /// Takes over the values of objects: profile, reaction to the loss of the
-    /// master, and limits of torque and current.
+    /// Takes over the values of objects: profile, reaction to the loss of the master, limits of
+    /// torque and current, and motor.
     pub(crate) fn set_values(&mut self, values: &ObjectValues) {
         self.axis = axis_parameters(values, &self.board);
         self.failsafe = failsafe(values);
         self.limits = MotorLimits::of(&values.limits, &self.board, &values.model);
-    }
-
-    /// Takes over the motor of object 2011h.
-    pub(crate) fn set_motor(&mut self, values: &ObjectValues) {
         self.motor = MotorConstants::of(&values.model);
+        self.forward = ForwardGains::of(values);
+        self.dead_band = dead_band(values);
+    }
+}
+
+fn dead_band(values: &ObjectValues) -> DeadBandSettings {
+    let model = &values.model;
+    let amperes = model.coulomb_friction_nm / (model.torque_constant_nm_a * model.gear_ratio);
+    let friction_mv = (1e3 * model.resistance_ohm * amperes).clamp(0.0, 33_000.0);
+    DeadBandSettings {
+        band: angle_of_mdeg(values.tracking.dead_band_mdeg.into()),
+        friction_mv: friction_mv as i32,
     }
 }
 

@@ -7,6 +7,7 @@ use crate::{
     application::CommandSource,
     control_loop::{PERIOD_US, Polarity},
     dictionary::Measured,
+    protection::Counter,
     supervisor::ResetCause,
     timing::{CONTROL_PERIOD_MS, thousandths},
 };
@@ -128,6 +129,19 @@ impl Drive<'_> {
             Measured::ServoGlitches => u64::from(t.servo_glitches),
             Measured::ResetCause => board.reset_cause as u64,
             Measured::StarvedPeriods => u64::from(board.starved_periods),
+            Measured::LostSamplesCounter => self.counter(Counter::LostSamples),
+            Measured::MagnetWeakCounter => self.counter(Counter::MagnetWeak),
+            Measured::OverCurrentCounter => self.counter(Counter::OverCurrent),
+            Measured::StallCounter => self.counter(Counter::Stall),
+            Measured::NotFollowingCounter => self.counter(Counter::NotFollowing),
+            Measured::UnderVoltageCounter => self.counter(Counter::UnderVoltage),
+            Measured::OverVoltageCounter => self.counter(Counter::OverVoltage),
+            Measured::OverTemperatureCounter => self.counter(Counter::OverTemperature),
+            Measured::UnmeasuredCounter => self.counter(Counter::Unmeasured),
+            Measured::NoBackEmfCounter => self.counter(Counter::NoBackEmf),
+            Measured::OverrunsCounter => self.counter(Counter::Overruns),
+            Measured::CurrentImplausibleCounter => self.counter(Counter::CurrentImplausible),
+            Measured::MotorPolarityCounter => self.counter(Counter::MotorPolarity),
             Measured::SerialNumber => u64::from(board.serial_number),
             Measured::ProgramIdentity => u64::from(self.program_identity()),
             Measured::FlashStatus => u64::from(self.flash_status()),
@@ -136,6 +150,11 @@ impl Drive<'_> {
             Measured::ServiceState => self.service.state(self.values.service.password) as u64,
             Measured::ServiceBackOffMs => u64::from(self.service.back_off_ms()),
         }
+    }
+
+    /// The counter as it was reported last.
+    fn counter(&self, counter: Counter) -> u64 {
+        u64::from(self.counters.get(counter as usize).copied().unwrap_or(0))
     }
 
     /// Position actual value 6064h.

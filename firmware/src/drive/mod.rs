@@ -43,6 +43,7 @@ use crate::{
     control_loop::{Commands, ExcitationRequest, Loop, LoopParameters},
     faults::{Fault, FaultSet},
     parameters::{BoardParameters, ObjectValues},
+    protection::Counter,
     timing::thousandths,
 };
 use model::MotorModel;
@@ -68,6 +69,17 @@ pub struct Messages {
 }
 
 impl Messages {
+    /// No command, and these parameters. Not inlined: its temporaries stay out of the stack frame
+    /// of the initialisation, which is the largest one.
+    #[inline(never)]
+    fn of(stored: &StoredParameters) -> Self {
+        Self {
+            commands: Checked::new(Commands::new()),
+            parameters: Checked::new(LoopParameters::of(stored)),
+            excitation: Checked::new(ExcitationRequest::NONE),
+        }
+    }
+
     /// A control loop that has taken these messages, after a reset of any kind.
     pub fn start(&self, start: Start) -> Loop {
         let parameters = self.parameters.unverified();
@@ -83,6 +95,8 @@ pub struct Drive<'a> {
     pub messages: Messages,
     /// What the loop has reported last.
     outputs: Outputs,
+    /// The counters of the protections, each as it was reported last.
+    counters: [u16; Counter::ALL.len()],
     /// Faults of which the node has sent an EMCY since its reset.
     reported: FaultSet,
     capture: Capture<'a>,
@@ -115,12 +129,9 @@ impl<'a> Drive<'a> {
     /// ```
     pub fn new(stored: StoredParameters, buffer: &'a mut [i32]) -> Self {
         Self {
-            messages: Messages {
-                commands: Checked::new(Commands::new()),
-                parameters: Checked::new(LoopParameters::of(&stored)),
-                excitation: Checked::new(ExcitationRequest::NONE),
-            },
+            messages: Messages::of(&stored),
             outputs: outputs_at_start(&stored.board),
+            counters: [0; Counter::ALL.len()],
             reported: FaultSet::EMPTY,
             capture: Capture::new(buffer),
             targets: Targets::default(),
@@ -174,6 +185,12 @@ impl<'a> Drive<'a> {
             .tick
             .wrapping_sub(self.outputs.telemetry.tick);
         self.outputs = *outputs;
+        if let Some(counter) = self
+            .counters
+            .get_mut(Counter::of_tick(outputs.telemetry.tick) as usize)
+        {
+            *counter = outputs.telemetry.counter;
+        }
         self.post_point(passed);
         if self.touch_probes.function() != 0 {
             let is_known = outputs.telemetry.present.and(ANGLE_UNKNOWN).is_empty();
@@ -191,6 +208,7 @@ impl<'a> Drive<'a> {
         let stored = self.store.stored();
         self.values = *stored.values();
         self.outputs = outputs_at_start(&stored.board);
+        self.counters = [0; Counter::ALL.len()];
         self.reported = FaultSet::EMPTY;
         self.messages.parameters.update(|parameters| {
             *parameters = LoopParameters {

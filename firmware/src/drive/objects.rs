@@ -55,8 +55,6 @@ impl Drive<'_> {
     }
 
     pub(super) fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {
-        use ObjectValue::{GearRatio, InductanceH, ResistanceOhm, TorqueConstantNmA};
-        use ObjectValue::{HousingAmbientKW, HousingTimeS, WindingHousingKW, WindingTimeS};
         use ObjectValue::{Signal1, Signal2, Signal3, Signal4, Signal5, Signal6, Signal7, Signal8};
         let selects_signal = matches!(
             value,
@@ -73,22 +71,7 @@ impl Drive<'_> {
         if value == ObjectValue::Password {
             self.service.password_set();
         }
-        let is_of_motor = matches!(
-            value,
-            ResistanceOhm
-                | InductanceH
-                | TorqueConstantNmA
-                | GearRatio
-                | WindingHousingKW
-                | HousingAmbientKW
-                | WindingTimeS
-                | HousingTimeS
-        );
-        self.post(|parameters| {
-            if is_of_motor {
-                parameters.set_motor(&values);
-            }
-        });
+        self.post(|_| {});
         Ok(())
     }
 }

@@ -249,7 +249,7 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::OverCurrent,
             "over-current",
-            "`over_current_samples` samples in the on time in a row above `over_current_ma`",
+            "`over_current_samples` samples more in the on time above `over_current_ma` than below",
             Driven,
             0x2310,
         ),
@@ -270,7 +270,8 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::Stall,
             "stall",
-            "mean current of `stall_current_ma` or more for `stall_ms` over a travel of `stall_way_mdeg` or less",
+            "mean current of `stall_current_ma` or more for `stall_ms` over a travel of `stall_way_mdeg` or less, or less than a \
+             quarter of it in each sixth of that time",
             Driven,
             0x7121,
         ),

@@ -87,6 +87,16 @@ impl EncoderGuard {
         }
     }
 
+    /// Lost samples, less the valid ones after them.
+    pub fn lost_samples(&self) -> u16 {
+        self.lost
+    }
+
+    /// For how many control periods the magnet has been weak.
+    pub fn weak_periods(&self) -> u16 {
+        self.weak.periods()
+    }
+
     /// The present faults of the encoder.
     pub fn check(&mut self, limits: &EncoderLimits, c: &Conditions<'_>) -> FaultSet {
         let mut present = FaultSet::EMPTY;

@@ -15,14 +15,11 @@
 //! its direction with `following_rate_deg_s` or half of the commanded rate, whichever is less.
 //! Slower rates are not monitored: an estimate from single counts is too coarse.
 //!
-//! Not following for `following_ms` in a row is [`Fault::FollowingError`].
+//! Not following for `following_ms` longer than following is [`Fault::FollowingError`].
 //!
 //! [`Fault::FollowingError`]: crate::faults::Fault::FollowingError
 
-use model_core::control::{
-    cascade::Setpoint,
-    units::{ANGLE_END, Angle, Rate},
-};
+use model_core::control::units::{ANGLE_END, Angle, Rate};
 
 use super::{Conditions, lasting::Lasting};
 use crate::{parameters::FollowingLimits, timing::angle_of_mdeg};
@@ -32,6 +29,11 @@ use crate::{parameters::FollowingLimits, timing::angle_of_mdeg};
 pub(super) struct FollowingGuard(Lasting);
 
 impl FollowingGuard {
+    /// For how many control periods the shaft has not followed.
+    pub fn periods(&self) -> u16 {
+        self.0.periods()
+    }
+
     /// Whether the fault is present.
     pub fn check(&mut self, limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
         // Without a valid count nothing is known.
@@ -55,17 +57,15 @@ fn deviates(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
             c.rate <= -least
         }
     };
-    match c.setpoint {
-        Setpoint::Angle(command) => {
+    match c.setpoint.angle() {
+        Some(command) => {
             let window = angle_of_mdeg(limits.following_window_mdeg);
             // Both within 2^15 deg.
             let error = command.limited(ANGLE_END) - c.angle;
             let is_off = error > window || error < -window;
             is_off && !turns(error > Angle::ZERO)
         }
-        Setpoint::Rate(_) => {
-            c.rate_command.abs() >= expected && !turns(c.rate_command > Rate::ZERO)
-        }
+        None => c.rate_command.abs() >= expected && !turns(c.rate_command > Rate::ZERO),
     }
 }
 

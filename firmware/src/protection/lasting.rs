@@ -8,6 +8,11 @@ use crate::timing::periods;
 pub(super) struct Lasting(u16);
 
 impl Lasting {
+    /// The count.
+    pub fn periods(self) -> u16 {
+        self.0
+    }
+
     /// Takes whether the condition holds, `None` where that is not known: then the count stays.
     /// Returns whether it has held for `time_ms` longer than not, one control period at the least.
     #[inline(always)]
@@ -17,6 +22,12 @@ impl Lasting {
             return false;
         }
         self.count(holds, time_ms)
+    }
+
+    /// These control periods were counted as some in which the condition held, and it did not.
+    #[inline(always)]
+    pub fn take_back(&mut self, periods: u16) {
+        self.0 = self.0.saturating_sub(periods.saturating_mul(2));
     }
 
     #[inline(never)]

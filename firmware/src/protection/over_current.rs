@@ -12,6 +12,11 @@ use crate::{
 pub(super) struct OverCurrentGuard(Lasting);
 
 impl OverCurrentGuard {
+    /// For how many control periods it has been too large.
+    pub fn periods(&self) -> u16 {
+        self.0.periods()
+    }
+
     /// Whether it is too large.
     pub fn check(&mut self, limits: &CurrentLimits, c: &Conditions<'_>) -> FaultSet {
         let sampled_ma = c.measured.sampled_ma.map(i32::abs);

@@ -47,6 +47,16 @@ pub(super) struct PlausibilityGuard {
 }
 
 impl PlausibilityGuard {
+    /// For how many control periods the current has been implausible.
+    pub fn current_periods(&self) -> u16 {
+        self.current.periods()
+    }
+
+    /// For how many control periods the encoder has turned against the motor.
+    pub fn polarity_periods(&self) -> u16 {
+        self.polarity.periods()
+    }
+
     /// Which of them is implausible.
     pub fn check(
         &mut self,

@@ -14,6 +14,16 @@ pub(super) struct SupplyGuard {
 }
 
 impl SupplyGuard {
+    /// For how many control periods it has been too low.
+    pub fn under_periods(&self) -> u16 {
+        self.under.periods()
+    }
+
+    /// For how many control periods it has been too high.
+    pub fn over_periods(&self) -> u16 {
+        self.over.periods()
+    }
+
     /// What is wrong with the supply.
     pub fn check(&mut self, limits: &SupplyLimits, c: &Conditions<'_>) -> FaultSet {
         let supply_mv = c.measured.supply_mv;

@@ -11,6 +11,11 @@ use crate::{
 pub(super) struct TemperatureGuard(Lasting);
 
 impl TemperatureGuard {
+    /// For how many control periods it has been too hot.
+    pub fn periods(&self) -> u16 {
+        self.0.periods()
+    }
+
     /// Whether it is too hot.
     pub fn check(&mut self, limits: &TemperatureLimits, c: &Conditions<'_>) -> FaultSet {
         let temperature = c.measured.temperature_mdeg_c;

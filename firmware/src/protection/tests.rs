@@ -1,10 +1,14 @@
 //! The protections alone, and measurements and conditions for the tests in their modules.
 
+extern crate std;
+
+use std::vec;
+
 use super::*;
 use crate::parameters::{
     EncoderLimits, StallLimits, SupplyLimits, TemperatureLimits, TimingLimits,
 };
-use crate::{measure::Ripple, parameters::BoardParameters, timing::angle_of_mdeg};
+use crate::{measure::Ripple, parameters::BoardParameters};
 
 /// No measurement at all.
 pub(super) const UNMEASURED: Measured = Measured {
@@ -117,22 +121,50 @@ fn an_encoder_that_turns_against_the_back_emf_is_noticed_after_12_ms() {
     }
 }
 
+/// Whether a shaft that pulls and travels a count in each `every` control periods is stalled.
+fn is_stalled(every: i32, direction: i32) -> bool {
+    let mut guard = StallGuard::default();
+    (0..2000).any(|period| {
+        let measured = Measured {
+            travelled: Some(if period % every == 0 { direction } else { 0 }),
+            current: smooth(StallLimits::DEFAULT.stall_current_ma),
+            ..UNMEASURED
+        };
+        guard.check(&StallLimits::DEFAULT, &driven(&measured))
+    })
+}
+
 #[test]
 fn a_slow_shaft_that_pulls_is_not_stalled() {
-    let mut guard = StallGuard::default();
-    let measured = Measured {
-        travelled: Some(1),
-        current: smooth(StallLimits::DEFAULT.stall_current_ma),
-        ..UNMEASURED
-    };
-    // 20 deg/s: within the way for most of the time.
-    for period in 0..500 {
-        let conditions = Conditions {
-            angle: angle_of_mdeg(80 * period),
-            ..driven(&measured)
-        };
-        assert!(!guard.check(&StallLimits::DEFAULT, &conditions), "{period}");
+    for direction in [1, -1] {
+        // 22 to 3.7 deg/s: within the way for most of the time.
+        for every in 1..=6 {
+            assert!(!is_stalled(every, direction), "{every}");
+        }
+        // Three counts in 84 ms.
+        assert!(is_stalled(7, direction));
     }
+}
+
+/// Whether a shaft that pulls is stalled that stands for some control periods and turns at 22 deg/s
+/// for others, again and again.
+fn is_stalled_in_turns(stands: usize, turns: usize) -> bool {
+    let mut guard = StallGuard::default();
+    let pattern = [vec![0; stands], vec![1; turns]].concat();
+    pattern.into_iter().cycle().take(2000).any(|travelled| {
+        let measured = Measured {
+            travelled: Some(travelled),
+            current: smooth(StallLimits::DEFAULT.stall_current_ma),
+            ..UNMEASURED
+        };
+        guard.check(&StallLimits::DEFAULT, &driven(&measured))
+    })
+}
+
+#[test]
+fn a_shaft_that_stands_for_more_than_half_of_the_time_is_stalled() {
+    assert!(is_stalled_in_turns(40, 24));
+    assert!(!is_stalled_in_turns(24, 40));
 }
 
 #[test]
@@ -142,36 +174,28 @@ fn a_stalled_motor_travels_at_most_the_limit_from_where_it_began_to_pull() {
         stall_way_mdeg: 1000,
         stall_ms: 400,
     };
-    // Periods of a pull until a stall, at a place and a way from it.
-    let pull = |place_deg: i32, way: Angle| {
+    // Periods of a pull until a stall, whose first one travels these counts.
+    let pull = |counts| {
         let mut guard = StallGuard::default();
-        let mut check = |mean_ma, angle| {
+        let mut check = |mean_ma, travelled| {
             let measured = Measured {
-                travelled: Some(0),
+                travelled: Some(travelled),
                 current: smooth(mean_ma),
                 ..UNMEASURED
             };
-            guard.check(
-                &limits,
-                &Conditions {
-                    angle,
-                    ..driven(&measured)
-                },
-            )
+            guard.check(&limits, &driven(&measured))
         };
-        let place = Angle::from_int(place_deg);
-        assert!(!check(499, place));
-        periods_until(|| check(500, place + way))
+        assert!(!check(499, 100));
+        let mut counts = Some(counts);
+        periods_until(|| check(500, counts.take().unwrap_or(0)))
     };
-    let smallest = Angle::from_bits(1);
-    for place_deg in [0, 90, -90] {
-        for way in [Angle::ONE, -Angle::ONE] {
-            assert_eq!(pull(place_deg, way), Some(100), "{place_deg} {way}");
-        }
-        // A longer way ends the pull at the place where it ends: its period counts for none.
-        for way in [Angle::ONE + smallest, -Angle::ONE - smallest] {
-            assert_eq!(pull(place_deg, way), Some(101), "{place_deg} {way}");
-        }
+    // 11.4 counts.
+    for counts in [11, -11] {
+        assert_eq!(pull(counts), Some(100), "{counts}");
+    }
+    // A longer way ends the pull where it ends: its period counts for none.
+    for counts in [12, -12] {
+        assert_eq!(pull(counts), Some(101), "{counts}");
     }
 }
 

@@ -25,6 +25,21 @@ pub(super) struct TimingGuard {
 }
 
 impl TimingGuard {
+    /// Missed control periods, less those that good ones have made up for.
+    pub fn missed_periods(&self) -> u16 {
+        self.missed
+    }
+
+    /// For how many control periods a measurement has been missing.
+    pub fn unmeasured_periods(&self) -> u16 {
+        self.unmeasured.periods()
+    }
+
+    /// For how many control periods the back-EMF has been missing.
+    pub fn blind_periods(&self) -> u16 {
+        self.blind.periods()
+    }
+
     /// What is missing.
     pub fn check(&mut self, limits: &TimingLimits, c: &Conditions<'_>) -> FaultSet {
         let mut present = FaultSet::EMPTY;

@@ -88,7 +88,7 @@ fn at_most(deg_c: f32, end: f32) -> f32 {
 mod tests {
     use super::*;
     use crate::{
-        application::MotorLimits,
+        application::{DeadBandSettings, MotorLimits},
         faults::Fault,
         measure::{MotorConstants, PeriodCurrent},
         parameters::{BoardParameters, LimitSettings, ModelSettings},
@@ -109,6 +109,7 @@ mod tests {
             board: &parameters,
             motor: &MotorConstants::of(&MODEL),
             limits: &MotorLimits::of(&LimitSettings::DEFAULT, &parameters, &MODEL),
+            dead_band: &DeadBandSettings::default(),
         };
         let measured = Measured {
             current: Some(PeriodCurrent {

@@ -102,6 +102,8 @@ impl Shutdown {
         outputs.motion.status = statusword::FAULT;
         outputs.telemetry.tick = last.telemetry.tick.wrapping_add(1);
         outputs.telemetry.latched.put(fault, true);
+        // The last one belongs to another control period, and the protections have ended.
+        outputs.telemetry.counter = 0;
         Some(outputs)
     }
 }

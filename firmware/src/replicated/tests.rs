@@ -67,6 +67,16 @@ fn the_first_fault_decides() {
     assert_eq!(outputs.fault, Some(Fault::ProgramCorrupt));
 }
 
+#[test]
+fn a_shutdown_reports_no_counter_of_the_protections() {
+    let mut shutdown = Shutdown::default();
+    shutdown.begin(Fault::DataCorrupt, true);
+    let mut last = Outputs::default();
+    last.telemetry.counter = 3;
+    let outputs = shutdown.step(&last).expect("a step");
+    assert_eq!(outputs.telemetry.counter, 0);
+}
+
 /// Whether both copies agree in a control period in which the second one reads these inputs.
 fn agrees(samples: &Samples, commands: &Commands) -> bool {
     let (parameters, excitation) = (

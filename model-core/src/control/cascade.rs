@@ -152,8 +152,20 @@ const fn rate_loop(p: &ControlParameters) -> RateLoop {
 pub enum Setpoint {
     /// Both loops, around this angle.
     Angle(Angle),
+    /// The same around an angle that moves: its rate is added to the commanded one.
+    Moving(Angle, Rate),
     /// The rate loop alone, around this rate.
     Rate(Rate),
+}
+
+impl Setpoint {
+    /// The angle around which the loops are closed; `None` around a rate.
+    pub const fn angle(self) -> Option<Angle> {
+        match self {
+            Self::Angle(angle) | Self::Moving(angle, _) => Some(angle),
+            Self::Rate(_) => None,
+        }
+    }
 }
 
 impl From<Angle> for Setpoint {
@@ -274,7 +286,8 @@ impl CascadeState {
         self.setpoint = Some(setpoint);
         let position = &coefficients.position;
         let command = match setpoint {
-            Setpoint::Angle(angle) => position.follow_angle(angle, self.shaft.angle()),
+            Setpoint::Angle(angle) => position.follow_angle(angle, Rate::ZERO, self.shaft.angle()),
+            Setpoint::Moving(angle, rate) => position.follow_angle(angle, rate, self.shaft.angle()),
             Setpoint::Rate(rate) => position.follow_rate(rate, self.shaft.angle()),
         };
         self.close_rate_loop(coefficients, command)
@@ -366,6 +379,23 @@ impl CascadeState {
             step.duty = duty;
             step.limits.current = true;
         }
+    }
+
+    /// Adds the change of a duty that is fed forward: it acts in the next step, and from then on, as
+    /// if it was added to the output of the rate loop.
+    ///
+    /// ```
+    /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
+    /// use model_core::control::units::{angle, percent};
+    ///
+    /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
+    /// let mut state = CascadeState::default();
+    /// state.observe(&gains, Some(EncoderCount::new(0)));
+    /// state.feed_forward(percent(20.0));
+    /// assert_eq!(state.regulate(&gains, angle(0.0)).duty, percent(20.0));
+    /// ```
+    pub fn feed_forward(&mut self, change: Percent) {
+        self.regulator.absorb(-change);
     }
 
     /// Restarts the regulator with this duty, from which the slew limit and the integrator

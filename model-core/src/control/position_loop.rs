@@ -36,13 +36,17 @@ pub struct RateCommand {
 }
 
 impl<const VECTOR: bool> PositionLoop<VECTOR> {
-    /// The commanded rate for a commanded and a measured angle.
+    /// The commanded rate for a commanded and a measured angle; `forward` is the rate of the
+    /// command, within 2^22 deg/s, which does not act beyond a position limit.
     #[inline(always)]
-    pub fn follow_angle(&self, command: Angle, angle: Angle) -> RateCommand {
+    pub fn follow_angle(&self, command: Angle, forward: Rate, angle: Angle) -> RateCommand {
         let mut target = command;
         let position_limited = limit(&mut target, self.min, self.max);
         // Both lie within 2^15 deg, so the error lies within 2^16 and P times it within 2^25.
         let mut rate = self.gain.times(target - angle);
+        if !position_limited {
+            rate += forward;
+        }
         let rate_limited = limit_between(&mut rate, self.rate_down, self.rate_up);
         RateCommand {
             rate,
@@ -122,5 +126,20 @@ mod tests {
             let limited = without_gain.follow_rate(rate(100.0), angle(at));
             assert_eq!(limited.rate, rate(expected), "at {at}");
         }
+    }
+
+    #[test]
+    fn the_rate_of_a_moving_angle_is_added_within_the_limits() {
+        let position_loop = position_loop(8.0);
+        let follow = |command, forward| {
+            position_loop.follow_angle(angle(command), rate(forward), angle(0.0))
+        };
+        assert_eq!(follow(5.0, 100.0).rate, rate(140.0));
+        assert_eq!(follow(-5.0, 100.0).rate, rate(60.0));
+        let fast = follow(5.0, 300.0);
+        assert!(fast.rate == rate(200.0) && fast.rate_limited);
+        // At a position limit the command rests.
+        let beyond = follow(11.0, 100.0);
+        assert!(beyond.rate == rate(80.0) && beyond.position_limited);
     }
 }

@@ -1,6 +1,8 @@
 //! The application of the board in a closed loop with the plant, natively.
 
-use firmware::application::{Application, MotorLimits, Outputs, Request, Samples, Settings, Start};
+use firmware::application::{
+    Application, DeadBandSettings, MotorLimits, Outputs, Request, Samples, Settings, Start,
+};
 use firmware::faults::FaultSet;
 use firmware::measure::MotorConstants;
 use firmware::native;
@@ -91,6 +93,7 @@ impl Drive {
             board: &self.parameters,
             motor: &self.motor,
             limits: &self.limits,
+            dead_band: &DeadBandSettings::default(),
         };
         let samples: Samples = native::samples(&self.plant.sampled());
         let outputs = *self.application.control_period(settings, &samples);

@@ -9,6 +9,7 @@ mod faults;
 mod missing_samples;
 mod rates;
 mod sources;
+mod stall;
 mod states;
 mod torque;
 mod winding;
@@ -179,6 +180,7 @@ impl Configured {
             board: &self.parameters,
             motor: &self.motor,
             limits: &limits,
+            dead_band: &DeadBandSettings::default(),
         };
         *self.application.control_period(settings, samples)
     }

@@ -3,6 +3,7 @@
 extern crate std;
 
 mod bus_errors;
+mod counters;
 mod current;
 mod dronecan;
 mod enabling;
@@ -17,6 +18,7 @@ mod polarity;
 mod service;
 mod store;
 mod torque;
+mod tracking;
 mod update;
 mod velocity;
 

@@ -1,0 +1,72 @@
+//! The duty that is fed forward: that of the voltage which the demanded motion needs.
+//!
+//! The present supply counts, so that the motion does not depend on it.
+
+use model_core::control::units::Percent;
+
+use super::back_emf_brake::duty_of;
+
+/// The voltage that is demanded, and the duty that the regulator contains for it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct FeedForward {
+    voltage_mv: i32,
+    /// `None` while the loops are open: their output includes no demand then, but what the motor
+    /// needs at its present rate.
+    duty: Option<Percent>,
+}
+
+impl FeedForward {
+    /// Takes the mean voltage of the motor for this control period, mV.
+    pub fn demand(&mut self, voltage_mv: i32) {
+        self.voltage_mv = voltage_mv;
+    }
+
+    /// The change of the duty at this supply voltage, if there is one. Without another demand the
+    /// next duty is 0.
+    pub fn change(&mut self, supply_mv: i32) -> Option<Percent> {
+        let voltage_mv = core::mem::take(&mut self.voltage_mv);
+        let duty = match voltage_mv {
+            0 => Percent::ZERO,
+            voltage_mv => duty_of(voltage_mv, supply_mv),
+        };
+        let before = self.duty.replace(duty).unwrap_or(duty);
+        (duty != before).then(|| duty - before)
+    }
+
+    /// The loops are open.
+    pub fn end(&mut self) {
+        *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use model_core::control::units::percent;
+
+    use super::*;
+
+    #[test]
+    fn each_change_of_demand_or_supply_is_fed_forward_once() {
+        let mut forward = FeedForward::default();
+        let mut at = |voltage_mv, supply_mv| {
+            forward.demand(voltage_mv);
+            forward.change(supply_mv)
+        };
+        assert_eq!(at(0, 6000), None);
+        assert_eq!(at(3000, 6000), Some(percent(50.0)));
+        assert_eq!(at(3000, 6000), None);
+        assert_eq!(at(3000, 5000), Some(percent(10.0)));
+        assert_eq!(at(-3000, 5000), Some(percent(-120.0)));
+        assert_eq!(forward.change(5000), Some(percent(60.0)), "no demand");
+    }
+
+    #[test]
+    fn loops_that_are_closed_in_motion_contain_its_duty_already() {
+        let mut forward = FeedForward::default();
+        forward.demand(3000);
+        assert_eq!(forward.change(6000), None);
+        forward.end();
+        forward.demand(-3000);
+        assert_eq!(forward.change(6000), None);
+    }
+}

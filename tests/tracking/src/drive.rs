@@ -1,0 +1,84 @@
+//! The control loop of the board in a closed loop with the plant, natively, in cyclic synchronous
+//! position mode.
+
+use firmware::application::{Outputs, Start};
+use firmware::control_loop::{Commands, ExcitationRequest, Inputs, Loop, LoopParameters};
+use firmware::native;
+use firmware::timing::CONTROL_PERIOD_MS;
+use model_core::plant::board::{BoardPlant, BoardPlantOptions, Defects, SampledBoardPlant};
+
+/// Length of a control period, s.
+pub const PERIOD_S: f64 = CONTROL_PERIOD_MS as f64 * 1e-3;
+
+/// A drive that is enabled.
+pub struct Drive {
+    control_loop: Loop,
+    parameters: LoopParameters,
+    commands: Commands,
+    plant: SampledBoardPlant,
+}
+
+impl Drive {
+    /// One that has been at rest with the bridge off for 0.4 s, then enabled.
+    ///
+    /// # Panics
+    /// If the options are out of their ranges, or the drive cannot be enabled.
+    pub fn enabled(options: &BoardPlantOptions, parameters: &LoopParameters) -> Self {
+        let (commands, parameters) = (Commands::new(), *parameters);
+        let mailboxes = (&commands, &parameters, &ExcitationRequest::NONE);
+        let plant = BoardPlant::try_new(options).expect("in range");
+        let mut drive = Self {
+            control_loop: Loop::new(mailboxes, Start::default()),
+            parameters,
+            commands,
+            plant: SampledBoardPlant::new(plant, &mut |_, _| {}),
+        };
+        for _ in 0..100 {
+            drive.control_period();
+        }
+        for control in [0x06, 0x07, 0x0f] {
+            drive.command(control, 0.0);
+            drive.control_period();
+        }
+        assert!(drive.control_period().state.is_driving(), "enabled");
+        drive
+    }
+
+    fn command(&mut self, control: u16, target_deg: f64) {
+        let mut command = *self.commands.newest();
+        command.control = control;
+        command.set_position((target_deg * 1e3).round() as i32);
+        let taken = self.control_loop.taken().command;
+        assert!(self.commands.set(&command, true, taken));
+    }
+
+    fn control_period(&mut self) -> Outputs {
+        let samples = native::samples(&self.plant.sampled());
+        let outputs = *self.control_loop.step(&Inputs {
+            samples: &samples,
+            was_late: false,
+            commands: &self.commands,
+            parameters: &self.parameters,
+            excitation: &ExcitationRequest::NONE,
+        });
+        (self.plant).tick(native::bridge(outputs.bridge), &mut |_, _| {});
+        outputs
+    }
+
+    /// Sends a target.
+    pub fn target(&mut self, target_deg: f64) {
+        self.command(0x0f, target_deg);
+    }
+
+    /// One control period; returns the duty, %, and the angle of the shaft at its end, deg.
+    pub fn step(&mut self) -> (f64, f64) {
+        let outputs = self.control_period();
+        assert!(outputs.fault.is_none(), "{:?}", outputs.fault);
+        let duty_pct = outputs.telemetry.duty.to_f64();
+        (duty_pct, self.plant.plant.reading().output.angle_deg)
+    }
+
+    pub fn defects(&mut self) -> &mut Defects {
+        &mut self.plant.plant.defects
+    }
+}

@@ -1,0 +1,213 @@
+//! Measures how well the shaft follows commands: the control loop of the board with the plant of
+//! the emulated board, natively, with the loop of the paper and with what object 2013h adds to it.
+//! Noise, friction, magnet and supply of each drive follow from its seed.
+
+mod command;
+mod drive;
+
+use core::f64::consts::TAU;
+use std::fs;
+use std::path::PathBuf;
+
+use clap::Parser;
+use firmware::control_loop::LoopParameters;
+use firmware::parameters::{BoardParameters, ObjectValues};
+use host_sim::plot::{Figure, Panel, Series, svg};
+use model_core::plant::board::BoardPlantOptions;
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+use command::{flight_like, sine};
+use drive::{Drive, PERIOD_S};
+
+/// Measures how well the shaft follows commands, with and without feed-forward
+#[derive(Debug, Parser)]
+struct Options {
+    /// File of the figure
+    #[arg(long, value_name = "FILE", default_value = "docs/tracking.svg")]
+    out: PathBuf,
+}
+
+/// Drives of each figure.
+const SEEDS: u64 = 10;
+
+/// A motion lasts so many control periods, 30 s.
+const PERIODS: u32 = 7500;
+
+/// A loop: its name, the shares of feed-forward in thousandths, and the dead band, mdeg.
+struct Setup {
+    name: &'static str,
+    forward_permille: u16,
+    dead_band_mdeg: u16,
+}
+
+const SETUPS: [Setup; 2] = [
+    Setup {
+        name: "paper's loop",
+        forward_permille: 0,
+        dead_band_mdeg: 0,
+    },
+    // Half a count is the quantisation, and a count is noise that changes it.
+    Setup {
+        name: "with 2013h",
+        forward_permille: 1000,
+        dead_band_mdeg: 132,
+    },
+];
+
+impl Setup {
+    /// A drive whose targets come so many control periods apart.
+    fn drive(&self, seed: u64, spacing: u32) -> Drive {
+        let mut values = ObjectValues::DEFAULT;
+        values.tracking.velocity_permille = self.forward_permille;
+        values.tracking.model_permille = self.forward_permille;
+        values.tracking.dead_band_mdeg = self.dead_band_mdeg;
+        values.profile.interpolation_time = (f64::from(spacing) * PERIOD_S * 1e3) as u8;
+        let parameters = LoopParameters::new(&BoardParameters::DEFAULT, &values);
+        Drive::enabled(&BoardPlantOptions::realistic(seed), &parameters)
+    }
+}
+
+/// A control period: command, angle of the shaft, duty.
+#[derive(Debug, Clone, Copy)]
+struct Sample {
+    command_deg: f64,
+    angle_deg: f64,
+    duty_pct: f64,
+}
+
+fn follow(drive: &mut Drive, spacing: u32, mut command: impl FnMut(f64) -> f64) -> Vec<Sample> {
+    let period = |number: u32| {
+        let command_deg = command(f64::from(number) * PERIOD_S);
+        if number % spacing == 0 {
+            drive.target(command_deg);
+        }
+        let (duty_pct, angle_deg) = drive.step();
+        Sample {
+            command_deg,
+            angle_deg,
+            duty_pct,
+        }
+    };
+    (0..PERIODS).map(period).collect()
+}
+
+/// The mean over the seeds.
+fn mean(figure: impl Fn(u64) -> f64 + Sync + Send) -> f64 {
+    (0..SEEDS).into_par_iter().map(figure).sum::<f64>() / SEEDS as f64
+}
+
+/// Rms difference of angle and command, deg.
+fn error_deg(samples: &[Sample]) -> f64 {
+    let square = |sample: &Sample| (sample.command_deg - sample.angle_deg).powi(2);
+    (samples.iter().map(square).sum::<f64>() / samples.len() as f64).sqrt()
+}
+
+/// Rms error on a flight-like command at this voltage of the source, deg.
+fn flight_deg(setup: &Setup, spacing: u32, source_v: f64) -> f64 {
+    mean(|seed| {
+        let mut drive = setup.drive(seed, spacing);
+        drive.defects().source_v = Some(source_v);
+        error_deg(&follow(&mut drive, spacing, flight_like(seed)))
+    })
+}
+
+/// Amplitude of the angle over that of a sine.
+fn gain(setup: &Setup, amplitude_deg: f64, frequency_hz: f64) -> f64 {
+    mean(|seed| {
+        let mut drive = setup.drive(seed, 1);
+        let samples = follow(&mut drive, 1, sine(amplitude_deg, frequency_hz));
+        // Whole turns of the second half.
+        let turn = 1.0 / (frequency_hz * PERIOD_S);
+        let turns = (samples.len() as f64 / 2.0 / turn).floor();
+        let from = samples.len() - (turns * turn).round() as usize;
+        let (mut real, mut imaginary) = (0.0, 0.0);
+        for (number, sample) in samples.iter().enumerate().skip(from) {
+            let phase = TAU * number as f64 / turn;
+            real += sample.angle_deg * phase.cos();
+            imaginary += sample.angle_deg * phase.sin();
+        }
+        2.0 * real.hypot(imaginary) / ((samples.len() - from) as f64 * amplitude_deg)
+    })
+}
+
+/// The least frequency at which the gain is below -3 dB, Hz, of frequencies 5 % apart.
+fn bandwidth_hz(setup: &Setup, amplitude_deg: f64) -> f64 {
+    let frequencies = (0..100).map(|number| 0.5 * 1.05_f64.powi(number));
+    let mut above = frequencies
+        .skip_while(|&frequency| gain(setup, amplitude_deg, frequency) >= 0.5_f64.sqrt());
+    above.next().unwrap_or(f64::NAN)
+}
+
+/// Changes of the duty's sign in a second, and greatest motion, deg, of shafts that rest under a
+/// torque.
+fn rest(setup: &Setup, torque_nm: f64) -> (f64, f64) {
+    let settled = |seed: u64| {
+        let mut drive = setup.drive(seed, 1);
+        drive.defects().torque_nm = torque_nm;
+        follow(&mut drive, 1, |_| 12.3 + 0.1 * seed as f64).split_off(PERIODS as usize / 2)
+    };
+    let seconds = f64::from(PERIODS) / 2.0 * PERIOD_S;
+    let changes = mean(|seed| {
+        let samples = settled(seed);
+        let changes = samples.windows(2);
+        let changes = changes.filter(|pair| pair[0].duty_pct * pair[1].duty_pct < 0.0);
+        changes.count() as f64 / seconds
+    });
+    let motion = (0..SEEDS).into_par_iter().map(|seed| {
+        let samples = settled(seed);
+        let angles = samples.iter().map(|sample| sample.angle_deg);
+        let (low, high) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), angle| {
+            (low.min(angle), high.max(angle))
+        });
+        high - low
+    });
+    (changes, motion.reduce(|| 0.0, f64::max))
+}
+
+fn figure() -> Figure {
+    let runs =
+        SETUPS.map(|setup| follow(&mut setup.drive(1, 5), 5, flight_like(1))[..2000].to_vec());
+    let time_s: Vec<f64> = (0..2000)
+        .map(|number| f64::from(number) * PERIOD_S)
+        .collect();
+    let commands: Vec<f64> = runs[0].iter().map(|sample| sample.command_deg).collect();
+    let mut angle = Panel::new("angle (deg)").series(Series::new("command", 0, &time_s, &commands));
+    let mut error = Panel::new("error (deg)");
+    for ((colour, setup), run) in (1..).zip(&SETUPS).zip(&runs) {
+        let angles: Vec<f64> = run.iter().map(|sample| sample.angle_deg).collect();
+        let errors: Vec<f64> = (commands.iter().zip(&angles)).map(|(c, a)| c - a).collect();
+        angle = angle.series(Series::new(setup.name, colour, &time_s, &angles));
+        error = error.series(Series::new(setup.name, colour, &time_s, &errors));
+    }
+    Figure::new("Targets at 50 Hz", "time (s)")
+        .panel(angle)
+        .panel(error)
+}
+
+fn line(name: &str, figure: impl Fn(&Setup) -> f64) {
+    let [paper, with] = SETUPS.each_ref().map(figure);
+    println!("{name:<52} {paper:>8.2} {with:>8.2}");
+}
+
+fn main() -> std::io::Result<()> {
+    let options = Options::parse();
+    println!("{:<52} {:>8} {:>8}", "", "paper", "2013h");
+    for (spacing, rate) in [(1, "250 Hz"), (5, "50 Hz")] {
+        for source_v in [5.0, 6.0, 7.2] {
+            let name = format!("flight-like command, {rate}, {source_v} V: rms error, deg");
+            line(&name, |setup| flight_deg(setup, spacing, source_v));
+        }
+    }
+    for amplitude_deg in [1.0, 5.0] {
+        let name = format!("bandwidth at -3 dB, {amplitude_deg} deg, Hz");
+        line(&name, |setup| bandwidth_hz(setup, amplitude_deg));
+    }
+    for torque_nm in [0.0, -0.3] {
+        let name = format!("rest, {torque_nm} N m: changes of the duty's sign per s");
+        line(&name, |setup| rest(setup, torque_nm).0);
+        line("the same: greatest motion, deg", |setup| {
+            rest(setup, torque_nm).1
+        });
+    }
+    fs::write(options.out, svg::render(&figure()))
+}
