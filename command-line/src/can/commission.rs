@@ -11,11 +11,12 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
 use host_sim::can::client::Client;
-use host_sim::commission::{self, CommissionError, Findings, Kept, Limits};
+use host_sim::commission::{self, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits};
 
 /// Checks the wiring of an actuator, measures its motor, and saves the parameters with the range
 ///
-/// The shaft moves for less than a minute. Pulses of growing torque show the senses of motor,
+/// The shaft moves for less than a minute, and before that to its stops where --range is not given.
+/// Pulses of growing torque show the senses of motor,
 /// encoder and current, and give the resistance; runs at constant rate in both directions within
 /// --range give the torque constant by the gear ratio of 2011h:3, and friction; two excitations
 /// give inertia and delay. What is wrong or cannot be identified is refused with exit status 3, and
@@ -85,7 +86,7 @@ impl Commission {
 /// the time of a run.
 fn range(low: i32, high: i32) -> Result<(i32, i32), Error> {
     let width = i64::from(high) - i64::from(low);
-    if (40_000..=720_000).contains(&width) {
+    if (LEAST_RANGE_MDEG.into()..=720_000).contains(&width) {
         return Ok((low, high));
     }
     let text =

@@ -24,6 +24,7 @@ use crate::can::client::{Client, ClientError};
 
 pub use friction::{Direction, Friction};
 pub use inertia::{Contradiction, Dynamics, Parameter};
+pub use stops::LEAST_MDEG as LEAST_RANGE_MDEG;
 pub use wiring::{Pulse, judge};
 pub use write::{Kept, write};
 
