@@ -11,19 +11,22 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
 use host_sim::can::client::Client;
-use host_sim::commission::{self, CommissionError, Findings, Kept, Limits};
+use host_sim::commission::{self, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits};
 
-/// Checks the wiring of an actuator, measures its torque constant, and saves it with the range
+/// Checks the wiring of an actuator, measures its motor, and saves the parameters with the range
 ///
-/// The shaft moves for less than half a minute. Pulses of growing torque show the senses of motor,
-/// encoder and current; runs at constant rate in both directions within --range give the torque
-/// constant by the gear ratio of 2011h:3. What is wrong or cannot be identified is refused with
-/// exit status 3, and nothing is written; otherwise 607Dh and 2011h:2 are written, and all
-/// parameters are saved (1010h).
+/// The shaft moves for less than a minute, and before that to its stops where --range is not given.
+/// Pulses of growing torque show the senses of motor,
+/// encoder and current, and give the resistance; runs at constant rate in both directions within
+/// --range give the torque constant by the gear ratio of 2011h:3, and friction; two excitations
+/// give inertia and delay. What is wrong or cannot be identified is refused with exit status 3, and
+/// nothing is written; otherwise 607Dh and 2011h:1, 2, 4, 5 and 6 are written, and all parameters
+/// are saved (1010h). A value that a second measurement contradicts, and a viscous friction that is
+/// not known from zero, are reported and not written.
 #[derive(Debug, Args)]
 pub struct Commission {
-    /// Range of the angle, deg
-    #[arg(long, num_args = 2, value_names = ["MIN", "MAX"], required = true)]
+    /// Range of the angle, deg; without it the stops are found at half of --current
+    #[arg(long, num_args = 2, value_names = ["MIN", "MAX"])]
     range: Vec<f64>,
     /// Highest current of the pulses, % of the rated current 6075h
     #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=200))]
@@ -54,56 +57,84 @@ impl Commission {
         let findings = findings?;
         restored?;
         if !self.dry_run {
-            commission::write(&mut client, &limits, &findings)?;
+            commission::write(&mut client, &findings)?;
         }
         match self.at.json() {
-            true => print_json(&json!({ "saved": !self.dry_run, "findings": findings })),
+            true => print_json(&json!({
+                "saved": !self.dry_run,
+                "findings": findings,
+                "objects": findings.objects(),
+            })),
             false => print(&table(&findings, self.dry_run)),
         }
     }
 
     fn limits(&self) -> Result<Limits, Error> {
-        let (low, high) = match self.range[..] {
-            [low, high] => (mdeg("--range", low)?, mdeg("--range", high)?),
-            _ => (0, 0),
+        let range_mdeg = match self.range[..] {
+            [low, high] => Some(range(mdeg("--range", low)?, mdeg("--range", high)?)?),
+            _ => None,
         };
-        // A pulse needs 15 deg on both sides, and a run room for its settling.
-        // Two turns are reached in the time of a run.
-        let width = i64::from(high) - i64::from(low);
-        if !(40_000..=720_000).contains(&width) {
-            let text = format!(
-                "--range is {low} to {high} mdeg, expected 40 to 720 deg from MIN up to MAX"
-            );
-            return Err(Error::Conflict(text));
-        }
         Ok(Limits {
-            range_mdeg: (low, high),
+            range_mdeg,
             permille: self.current * 10,
             rate_mdeg_s: i32::from(self.rate) * 1000,
         })
     }
 }
 
+/// A pulse needs 15 deg on both sides, and a run room for its settling. Two turns are reached in
+/// the time of a run.
+fn range(low: i32, high: i32) -> Result<(i32, i32), Error> {
+    let width = i64::from(high) - i64::from(low);
+    if (LEAST_RANGE_MDEG.into()..=720_000).contains(&width) {
+        return Ok((low, high));
+    }
+    let text =
+        format!("--range is {low} to {high} mdeg, expected 40 to 720 deg from MIN up to MAX");
+    Err(Error::Conflict(text))
+}
+
 /// A line for each value; what is identified has its standard error.
 fn table(findings: &Findings, is_dry: bool) -> String {
     let mut text = String::new();
-    let estimate = findings.torque_constant_nm_a;
-    let (value, error) = (estimate.value, estimate.standard_error);
-    let _ = writeln!(
-        text,
-        "{:<28}{value:.6} +- {error:.6}",
-        "torque constant, Nm/A"
-    );
-    let supply = findings.least_supply_v;
-    let _ = writeln!(text, "{:<28}{supply:.2}", "lowest supply, V");
-    let _ = writeln!(
-        text,
-        "{:<28}{:.1}",
-        "board, deg C", findings.temperature_deg_c
-    );
-    text += match is_dry {
-        true => "not written: --dry-run\n",
-        false => "written and saved\n",
+    let friction = &findings.friction;
+    let dynamics = &findings.dynamics;
+    let estimates = [
+        ("resistance, ohm", findings.resistance_ohm),
+        ("torque constant, Nm/A", findings.torque_constant_nm_a),
+        ("friction upward, Nm", friction.upward.coulomb_nm),
+        ("friction downward, Nm", friction.downward.coulomb_nm),
+        ("viscous upward, Nm s/rad", friction.upward.viscous_nm_s),
+        ("viscous downward, Nm s/rad", friction.downward.viscous_nm_s),
+        ("inertia, kg m^2", dynamics.inertia_kg_m2),
+        ("delay, s", dynamics.delay_s),
+    ];
+    for (name, estimate) in estimates {
+        let (value, error) = (estimate.value, estimate.standard_error);
+        let _ = writeln!(text, "{name:<28}{value:.6} +- {error:.6}");
+    }
+    let values = [
+        ("backlash, deg", dynamics.backlash_deg),
+        ("lowest supply, V", findings.least_supply_v),
+        ("board, deg C", findings.temperature_deg_c),
+    ];
+    for (name, value) in values {
+        let _ = writeln!(text, "{name:<28}{value:.2}");
+    }
+    let (low, high) = findings.range_mdeg;
+    let [low, high] = [low, high].map(|mdeg| f64::from(mdeg) * 1e-3);
+    let _ = writeln!(text, "{:<28}{low:.1} to {high:.1}", "range, deg");
+    for contradiction in &dynamics.contradictions {
+        let _ = writeln!(text, "contradiction: {}", contradiction.text);
+    }
+    let objects: Vec<_> = findings
+        .objects()
+        .iter()
+        .map(|(object, _)| *object)
+        .collect();
+    let _ = match is_dry {
+        true => writeln!(text, "not written: --dry-run"),
+        false => writeln!(text, "written and saved: 607D, {}", objects.join(", ")),
     };
     text
 }

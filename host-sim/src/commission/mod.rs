@@ -1,10 +1,19 @@
-//! Commissioning of an actuator over its bus: its wiring is checked at limited current, then runs
-//! at constant rate give the torque constant. Nothing is saved before all steps have succeeded.
+//! Commissioning of an actuator over its bus: its wiring is checked at limited current; pulses give
+//! the resistance, runs at constant rate torque constant and friction, excitations inertia and
+//! delay. Nothing is saved before all steps have succeeded.
 
+mod friction;
+mod inertia;
+mod motor_fit;
+mod regression;
+mod resistance;
 mod runs;
-mod slope;
+mod samples;
+mod stops;
 #[cfg(test)]
 mod tests;
+mod winding;
+mod winding_fit;
 mod wiring;
 mod write;
 
@@ -13,7 +22,9 @@ use firmware::capture::Signal;
 use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 
-pub use runs::Findings;
+pub use friction::{Direction, Friction};
+pub use inertia::{Contradiction, Dynamics, Parameter};
+pub use stops::LEAST_MDEG as LEAST_RANGE_MDEG;
 pub use wiring::{Pulse, judge};
 pub use write::{Kept, write};
 
@@ -24,6 +35,81 @@ pub struct Estimate {
     pub value: f64,
     /// Its standard error.
     pub standard_error: f64,
+}
+
+impl Estimate {
+    /// Whether it is above zero by three standard errors.
+    pub fn is_known(self) -> bool {
+        self.value > 3.0 * self.standard_error
+    }
+
+    /// The mean of two values whose errors have common sources.
+    fn mean(self, other: Self) -> Self {
+        Self {
+            value: self.value.midpoint(other.value),
+            standard_error: self.standard_error.max(other.standard_error),
+        }
+    }
+
+    /// The standard error as a share of the value.
+    fn relative(self) -> f64 {
+        self.standard_error / self.value.abs()
+    }
+
+    /// Divided by a number that is known.
+    fn over(self, divisor: f64) -> Self {
+        Self {
+            value: self.value / divisor,
+            standard_error: self.standard_error / divisor,
+        }
+    }
+}
+
+/// What is measured.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Findings {
+    /// The range of the angle, mdeg.
+    pub range_mdeg: (i32, i32),
+    /// Resistance of winding, brushes and bridge at 25 deg C, ohm.
+    pub resistance_ohm: Estimate,
+    /// Torque constant of the motor by the gear ratio 2011h:3, Nm/A.
+    pub torque_constant_nm_a: Estimate,
+    /// Friction at the output.
+    pub friction: Friction,
+    /// Inertia and delay.
+    pub dynamics: Dynamics,
+    /// Lowest supply voltage of all runs, V.
+    pub least_supply_v: f64,
+    /// Highest temperature of the board, deg C.
+    pub temperature_deg_c: f64,
+}
+
+impl Findings {
+    /// The objects in which the findings are stored, and their values. Friction has one value for
+    /// both directions; what is not known from zero, or contradicted, is not stored.
+    pub fn objects(&self) -> Vec<(&'static str, f64)> {
+        let agrees = |parameter| {
+            let mut others = self.dynamics.contradictions.iter();
+            others.all(|contradiction| contradiction.parameter != parameter)
+        };
+        let mut objects = vec![
+            ("2011:1", self.resistance_ohm.value),
+            ("2011:2", self.torque_constant_nm_a.value),
+        ];
+        if agrees(Parameter::Inertia) {
+            objects.push(("2011:4", self.dynamics.inertia_kg_m2.value));
+        }
+        let Friction { upward, downward } = self.friction;
+        let viscous = upward.viscous_nm_s.mean(downward.viscous_nm_s);
+        let coulomb = upward.coulomb_nm.mean(downward.coulomb_nm);
+        if viscous.is_known() {
+            objects.push(("2011:5", viscous.value));
+        }
+        if coulomb.is_known() && agrees(Parameter::Coulomb) {
+            objects.push(("2011:6", coulomb.value));
+        }
+        objects
+    }
 }
 
 /// Why an actuator is not commissioned.
@@ -45,12 +131,23 @@ pub enum CommissionError {
 /// The limits of the motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// The range of the angle, which becomes 607Dh, mdeg.
-    pub range_mdeg: (i32, i32),
+    /// The range of the angle, which becomes 607Dh, mdeg; without it the stops are found.
+    pub range_mdeg: Option<(i32, i32)>,
     /// Highest current of the pulses, in thousandths of the rated current 6075h.
     pub permille: u16,
     /// Highest rate of the runs, mdeg/s.
     pub rate_mdeg_s: i32,
+}
+
+/// Relative error of the gain of a measurement: resistors of 1 %.
+const GAIN_ERROR: f64 = 0.01;
+
+/// Length of a control period, s.
+const PERIOD_S: f64 = model_core::time::CONTROL_PERIOD_US as f64 * 1e-6;
+
+/// The standard deviation of a uniform distribution between minus and plus this value.
+fn uniform(largest: f64) -> f64 {
+    largest / 3.0_f64.sqrt()
 }
 
 /// Checks the wiring and measures. The drive is off afterwards, but for a failure.
@@ -59,13 +156,34 @@ pub struct Limits {
 /// [`CommissionError`].
 pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionError> {
     client.quick_stop()?;
-    wiring::check_room(client, limits)?;
+    if let Some(range_mdeg) = limits.range_mdeg {
+        wiring::check_room(client, range_mdeg)?;
+    }
     // So far above the rate of the runs that the limit does not act on them.
     client.write("6080", &(limits.rate_mdeg_s / 4 * 5).to_string())?;
-    wiring::check(client, limits)?;
-    let findings = runs::measure(client, limits)?;
+    let mut board = samples::Board::of(client)?;
+    wiring::check(client, limits, &board)?;
+    let cold = resistance::measure(client, limits, &mut board)?;
+    let range_mdeg = match limits.range_mdeg {
+        Some(range_mdeg) => range_mdeg,
+        None => stops::find(client, limits)?,
+    };
+    let runs = runs::measure(client, (range_mdeg, limits.rate_mdeg_s), &board)?;
+    resistance::check(&cold, &runs.runs)?;
+    let constant = runs.back_emf_per_rate()?;
+    let friction = friction::measure(&runs, &cold, constant)?;
+    let dynamics = inertia::measure(client, range_mdeg, &board, (&cold, constant, &friction))?;
     client.quick_stop()?;
-    Ok(findings)
+    let ratio = samples::real(client, "2011:3")?;
+    Ok(Findings {
+        range_mdeg,
+        resistance_ohm: cold.resistance_ohm,
+        torque_constant_nm_a: constant.over(ratio),
+        friction,
+        dynamics,
+        least_supply_v: runs.least_supply_v,
+        temperature_deg_c: runs.temperature_deg_c,
+    })
 }
 
 /// A refusal of a step.

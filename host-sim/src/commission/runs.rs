@@ -1,16 +1,13 @@
-//! The second step: runs at constant rate, upward and downward, whose back-EMF against the rate
+//! The third step: runs at constant rate, upward and downward, whose back-EMF against the rate
 //! gives the torque constant.
 
 use std::time::Duration;
 
-use firmware::capture::Signal;
-
-use super::slope::slope;
+use super::regression::slope;
+use super::samples::{Board, SIGNALS, Sample};
 use super::write::write_range;
-use super::{CommissionError, Estimate, Limits, record, refuse};
-use crate::can::capture::Capture;
+use super::{CommissionError, Estimate, GAIN_ERROR, PERIOD_S, record, refuse, uniform};
 use crate::can::client::{Client, ClientError};
-use crate::can::names::{self, Value};
 use canopen::cia402::statusword;
 
 const STEP: &str = "runs at constant rate";
@@ -32,26 +29,36 @@ const LONGEST: Duration = Duration::from_secs(20);
 /// AS5045, deg.
 const ECCENTRICITY_DEG: f64 = 1.4;
 
-/// Relative error of the gain of the back-EMF measurement: resistors of 1 %.
-const GAIN_ERROR: f64 = 0.01;
+/// A run at constant rate.
+#[derive(Debug, Clone)]
+pub struct Run {
+    /// Mean rate, rad/s.
+    pub rate_rad_s: f64,
+    /// Mean back-EMF, V.
+    pub back_emf_v: f64,
+    /// The samples of the constant rate.
+    pub samples: Vec<Sample>,
+}
 
-/// What the runs give.
-#[derive(Debug, Clone, serde::Serialize)]
-pub struct Findings {
-    /// Torque constant of the motor by the gear ratio 2011h:3, Nm/A.
-    pub torque_constant_nm_a: Estimate,
-    /// Lowest supply voltage of all runs, V.
+/// All runs.
+#[derive(Debug, Clone)]
+pub struct Runs {
+    /// Each of four rates, upward and downward.
+    pub runs: Vec<Run>,
+    /// Their span, deg.
+    pub span_deg: f64,
+    /// Lowest supply voltage, V.
     pub least_supply_v: f64,
     /// Highest temperature of the board, deg C.
     pub temperature_deg_c: f64,
 }
 
-/// The records of a run at constant rate, in one point: rate, rad/s, and back-EMF, V.
-type Run = (f64, f64);
-
-/// Runs at four rates in both directions.
-pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionError> {
-    let (low, high) = limits.range_mdeg;
+/// Runs at four rates up to this one, mdeg/s, in both directions within this range, mdeg.
+pub fn measure(
+    client: &mut Client,
+    ((low, high), rate_mdeg_s): ((i32, i32), i32),
+    board: &Board,
+) -> Result<Runs, CommissionError> {
     client.quick_stop()?;
     write_range(client, (low.into(), high.into()))?;
     let (centre, half) = (
@@ -60,101 +67,111 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
     );
     let ends = (centre - half, centre + half);
     client.enable(1)?;
-    client.write("6081", &limits.rate_mdeg_s.to_string())?;
+    client.write("6081", &rate_mdeg_s.to_string())?;
     arrive(client, ends.0)?;
-    let (mut runs, mut supply_mv, mut temperature) = (Vec::new(), i32::MAX, i32::MIN);
+    let mut found = Runs {
+        runs: Vec::new(),
+        span_deg: f64::from(ends.1 - ends.0) * 1e-3,
+        least_supply_v: f64::INFINITY,
+        temperature_deg_c: f64::NEG_INFINITY,
+    };
     for quarter in [1, 2, 3, 4] {
-        let rate = limits.rate_mdeg_s / 4 * quarter;
+        let rate = rate_mdeg_s / 4 * quarter;
         client.write("6081", &rate.to_string())?;
         for end in [ends.1, ends.0] {
-            let capture = run(client, end)?;
-            for record in &capture.records {
-                supply_mv = supply_mv.min(record[3]);
-                temperature = temperature.max(record[4]);
+            let (capture, moved) = record(client, &SIGNALS, |client| arrive(client, end))?;
+            moved?;
+            let samples = board.samples(&capture);
+            for sample in &samples {
+                found.least_supply_v = found.least_supply_v.min(sample.driven.supply_v);
+                found.temperature_deg_c = found.temperature_deg_c.max(sample.temperature_deg_c);
             }
-            let Some(run) = means(&capture, rate) else {
+            let Some(run) = steady(&samples, rate) else {
                 let why = format!(
                     "no constant rate of {rate} mdeg/s within {low} to {high} mdeg: expected a \
                      larger range or a lower rate"
                 );
                 return refuse(STEP, why);
             };
-            runs.push(run);
+            found.runs.push(run);
         }
     }
     arrive(client, centre)?;
-    let ratio = match client.get(names::find("2011:3").map_err(ClientError::from)?)? {
-        Value::Real(ratio) => f64::from(ratio),
-        _ => return refuse(STEP, "2011h:3 is not a real number"),
-    };
-    Ok(Findings {
-        torque_constant_nm_a: torque_constant(&runs, ratio, f64::from(ends.1 - ends.0) * 1e-3)?,
-        least_supply_v: f64::from(supply_mv) * 1e-3,
-        temperature_deg_c: f64::from(temperature) * 1e-3,
-    })
+    Ok(found)
 }
 
-fn arrive(client: &mut Client, end_mdeg: i32) -> Result<(), ClientError> {
+/// Moves to an angle, and waits until it is reached.
+pub fn arrive(client: &mut Client, end_mdeg: i32) -> Result<(), ClientError> {
     client.move_to(end_mdeg)?;
     let reached = |status| status & statusword::TARGET_REACHED != 0;
     client.wait(LONGEST, "expected the angle to be reached", reached)?;
     Ok(())
 }
 
-fn run(client: &mut Client, end_mdeg: i32) -> Result<Capture, CommissionError> {
-    use Signal::{Angle, BackEmf, Command, Supply, Temperature};
-    let signals = [Angle, BackEmf, Command, Supply, Temperature];
-    let (capture, moved) = record(client, &signals, |client| arrive(client, end_mdeg))?;
-    moved?;
-    Ok(capture)
-}
-
-/// The means of the records in which the command has had this rate for [`SETTLING`] periods.
-fn means(capture: &Capture, rate_mdeg_s: i32) -> Option<Run> {
-    let step_mdeg = i64::from(rate_mdeg_s) * capture.period_us / 1_000_000;
+/// The samples in which the command has had this rate for [`SETTLING`] periods.
+fn steady(samples: &[Sample], rate_mdeg_s: i32) -> Option<Run> {
+    let step_mdeg = (f64::from(rate_mdeg_s) * PERIOD_S) as i32;
     // A command is rounded to 1 mdeg.
-    let is_steady =
-        |pair: &[Vec<i32>]| (i64::from(pair[1][2] - pair[0][2]).abs() - step_mdeg).abs() <= 2;
-    let steady: Vec<bool> = capture.records.windows(2).map(is_steady).collect();
+    let is_steady = |pair: &[Sample]| {
+        ((pair[1].command_mdeg - pair[0].command_mdeg).abs() - step_mdeg).abs() <= 2
+    };
+    let steady: Vec<bool> = samples.windows(2).map(is_steady).collect();
     let first = steady.iter().position(|steady| *steady)? + SETTLING;
     let last = steady.iter().rposition(|steady| *steady)?;
-    let records = capture.records.get(first..last)?;
-    if records.len() < LEAST_RECORDS {
+    let samples = samples.get(first..last)?;
+    if samples.len() < LEAST_RECORDS {
         return None;
     }
-    let sum: f64 = records.iter().map(|record| f64::from(record[1])).sum();
-    let back_emf_v = sum / records.len() as f64 * 1e-3;
-    let angles = records.iter().enumerate();
-    let angles: Vec<_> = angles
-        .map(|(i, record)| (capture.time_s(i), f64::from(record[0]) * 1e-3))
-        .collect();
-    Some((slope(&angles)?.value.to_radians(), back_emf_v))
+    let angles = samples.iter().map(|sample| sample.angle_deg.to_radians());
+    // The back-EMF of a straight line through its integral, as the rate is that of the angle: where
+    // the rate still changes, both weigh it alike.
+    let mut sum_v = 0.0;
+    let sums = samples.windows(2).map(|pair| {
+        sum_v += pair[0].back_emf_v.midpoint(pair[1].back_emf_v);
+        sum_v * PERIOD_S
+    });
+    let flux = std::iter::once(0.0).chain(sums);
+    Some(Run {
+        rate_rad_s: slope_in_time(angles)?,
+        back_emf_v: slope_in_time(flux)?,
+        samples: samples.to_vec(),
+    })
 }
 
-/// The torque constant; its standard error has the share of encoder and gain, which the residuals
-/// do not show: they are the same in all runs.
-fn torque_constant(runs: &[Run], ratio: f64, span_deg: f64) -> Result<Estimate, CommissionError> {
-    let Some(slope) = slope(runs) else {
-        return refuse(STEP, "too few rates for a line");
-    };
-    // A sine of this amplitude changes the mean rate over the span by 2 a sin(span/2)/span at most;
-    // the standard deviation of a uniform distribution is this over the root of three.
-    let half_turn = (span_deg / 2.0).min(90.0).to_radians().sin();
-    let encoder = 2.0 * ECCENTRICITY_DEG * half_turn / span_deg / 3.0_f64.sqrt();
-    let common = slope.value * encoder.hypot(GAIN_ERROR / 3.0_f64.sqrt());
-    let standard_error = slope.standard_error.hypot(common);
-    if slope.value < 3.0 * standard_error {
-        return refuse(
-            STEP,
-            format!(
+/// The slope of values in each control period, 1/s.
+fn slope_in_time(values: impl Iterator<Item = f64>) -> Option<f64> {
+    let points = values.enumerate();
+    let points = points.map(|(i, value)| (i as f64 * PERIOD_S, value));
+    Some(slope(points)?.value)
+}
+
+impl Runs {
+    /// Back-EMF per rate of the shaft, V s/rad, which is the torque per current, Nm/A. Its standard
+    /// error has the share of encoder and gain, which the residuals do not show: they are the same
+    /// in all runs.
+    pub fn back_emf_per_rate(&self) -> Result<Estimate, CommissionError> {
+        let points = self.runs.iter();
+        let points = points.map(|run| (run.rate_rad_s, run.back_emf_v));
+        let Some(slope) = slope(points) else {
+            return refuse(STEP, "too few rates for a line");
+        };
+        // A sine of this amplitude changes the mean rate over the span by 2 a sin(span/2)/span at
+        // most.
+        let half_turn = (self.span_deg / 2.0).min(90.0).to_radians().sin();
+        let encoder = uniform(2.0 * ECCENTRICITY_DEG * half_turn / self.span_deg);
+        let common = slope.value * encoder.hypot(uniform(GAIN_ERROR));
+        let standard_error = slope.standard_error.hypot(common);
+        if slope.value < 3.0 * standard_error {
+            let why = format!(
                 "the torque constant cannot be identified: {:.3e} V s/rad of back-EMF with a \
                  standard error of {standard_error:.1e}, expected three of them at least",
                 slope.value
-            ),
-        );
+            );
+            return refuse(STEP, why);
+        }
+        Ok(Estimate {
+            value: slope.value,
+            standard_error,
+        })
     }
-    Ok(Estimate {
-        value: slope.value / ratio,
-        standard_error: standard_error / ratio,
-    })
 }

@@ -3,8 +3,7 @@
 
 use std::time::Duration;
 
-use firmware::capture::Signal;
-
+use super::samples::{Board, SIGNALS, Sample};
 use super::{CommissionError, Limits, record, refuse};
 use crate::can::client::{Client, ClientError};
 
@@ -33,7 +32,7 @@ const LEAST_CURRENT_MA: f64 = 30.0;
 pub struct Pulse {
     /// Largest travel of the shaft, mdeg.
     pub travel_mdeg: f64,
-    /// Largest mean current, mA.
+    /// Largest sampled current, mA.
     pub current_ma: f64,
     /// Largest back-EMF, mV.
     pub back_emf_mv: f64,
@@ -70,6 +69,12 @@ pub fn judge(pulse: &Pulse) -> Result<bool, String> {
         ));
     }
     let turns = back_emf_mv > LEAST_BACK_EMF_MV;
+    if turns && current_ma < LEAST_CURRENT_MA {
+        return Err(format!(
+            "the current measurement is dead: {current_ma:.0} mA of a motor that turns, expected \
+             more than 30 mA"
+        ));
+    }
     if turns && travel_mdeg < -LEAST_MDEG {
         return Err(
             "the encoder is reversed: the angle moves against the motor, expected the same sense; \
@@ -93,8 +98,7 @@ pub fn judge(pulse: &Pulse) -> Result<bool, String> {
 const ROOM_MDEG: i32 = 15_000;
 
 /// Refuses a shaft from which a pulse could leave the range.
-pub fn check_room(client: &mut Client, limits: &Limits) -> Result<(), CommissionError> {
-    let (low, high) = limits.range_mdeg;
+pub fn check_room(client: &mut Client, (low, high): (i32, i32)) -> Result<(), CommissionError> {
     let (low, high) = (low + ROOM_MDEG, high - ROOM_MDEG);
     let present = client.integer("6064")?;
     if (i64::from(low)..=i64::from(high)).contains(&present) {
@@ -107,13 +111,13 @@ pub fn check_room(client: &mut Client, limits: &Limits) -> Result<(), Commission
 }
 
 /// Pulses of growing torque in both directions, until the shaft moves.
-pub fn check(client: &mut Client, limits: &Limits) -> Result<(), CommissionError> {
+pub fn check(client: &mut Client, limits: &Limits, board: &Board) -> Result<(), CommissionError> {
     for sign in [1, -1] {
         let mut last = Pulse::default();
         let mut has_moved = false;
         for share in [4, 2, 1] {
             let permille = i32::from(limits.permille) / share * sign;
-            last = pulse(client, permille)?;
+            last = pulse(client, permille, board)?;
             has_moved = judge(&last).or_else(|why| refuse(STEP, why))?;
             if has_moved {
                 // The position loop, which the right senses permit, brings the shaft to rest.
@@ -142,12 +146,11 @@ fn held(pulse: &Pulse) -> String {
 }
 
 /// A pulse of torque of at most [`TRAVEL_MDEG`], after which the shaft comes to rest.
-fn pulse(client: &mut Client, permille: i32) -> Result<Pulse, CommissionError> {
-    use Signal::{Angle, BackEmf, Current, Duty};
+fn pulse(client: &mut Client, permille: i32, board: &Board) -> Result<Pulse, CommissionError> {
     client.write("6071", "0")?;
     client.enable(4)?;
     let begin = client.integer("6064")?;
-    let (capture, moved) = record(client, &[Angle, Current, BackEmf, Duty], |client| {
+    let (capture, moved) = record(client, &SIGNALS, |client| {
         client.write("6071", &permille.to_string())?;
         let step = Duration::from_millis(8);
         for _ in 0..LONGEST.as_millis() / step.as_millis() {
@@ -164,7 +167,7 @@ fn pulse(client: &mut Client, permille: i32) -> Result<Pulse, CommissionError> {
             _ => client.fail_in_state("expected the shaft to follow a pulse of torque"),
         }
     })?;
-    let pulse = of_records(&capture.records, permille.signum());
+    let pulse = of_samples(&board.samples(&capture), permille.signum());
     // The recording shows why the drive has stopped.
     let turns = judge(&pulse).or_else(|why| refuse(STEP, why))?;
     match moved {
@@ -177,15 +180,21 @@ fn pulse(client: &mut Client, permille: i32) -> Result<Pulse, CommissionError> {
 
 /// The largest values of a recording: of the currents and voltages while the duty has the sign of
 /// the pulse, of the angle also while the shaft moves on.
-fn of_records(records: &[Vec<i32>], sign: i32) -> Pulse {
-    let begin = records.first().map_or(0, |record| record[0]);
-    let largest = |values: &mut dyn Iterator<Item = i32>| {
-        f64::from(values.max_by_key(|value| value.abs()).unwrap_or(0) * sign)
+fn of_samples(samples: &[Sample], sign: i32) -> Pulse {
+    let sign = f64::from(sign);
+    let begin_deg = samples.first().map_or(0.0, |sample| sample.angle_deg);
+    let largest = |values: &mut dyn Iterator<Item = f64>| {
+        let larger = |a: f64, b: f64| if b.abs() > a.abs() { b } else { a };
+        values.fold(0.0, larger) * sign * 1e3
     };
-    let driven = || records.iter().filter(|record| record[3] * sign > 0);
+    let driven = || {
+        samples
+            .iter()
+            .filter(|s| f64::from(s.driven.compare) * sign > 0.0)
+    };
     Pulse {
-        travel_mdeg: largest(&mut records.iter().map(|record| record[0] - begin)),
-        current_ma: largest(&mut driven().map(|record| record[1])),
-        back_emf_mv: largest(&mut driven().map(|record| record[2])),
+        travel_mdeg: largest(&mut samples.iter().map(|s| s.angle_deg - begin_deg)),
+        current_ma: largest(&mut driven().map(|s| s.sampled_a)),
+        back_emf_mv: largest(&mut driven().map(|s| s.back_emf_v)),
     }
 }

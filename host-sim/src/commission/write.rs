@@ -1,7 +1,7 @@
 //! The last step: range and model are written and saved as one set.
 
-use super::runs::Findings;
-use super::{CommissionError, Limits};
+use super::inertia;
+use super::{CommissionError, Findings};
 use crate::can::client::{Client, ClientError};
 use crate::can::sdo::SdoError;
 
@@ -14,7 +14,7 @@ const CHANGED: [&str; 13] = [
 /// The values of the objects that a commissioning changes for its motion.
 pub struct Kept {
     range_mdeg: (i64, i64),
-    values: [i64; CHANGED.len()],
+    values: Vec<(String, i64)>,
 }
 
 impl Kept {
@@ -24,9 +24,14 @@ impl Kept {
     /// [`ClientError::Object`].
     pub fn of(client: &mut Client) -> Result<Self, ClientError> {
         let range_mdeg = (client.integer("607D:1")?, client.integer("607D:2")?);
-        let mut values = [0; CHANGED.len()];
-        for (value, object) in values.iter_mut().zip(CHANGED) {
-            *value = client.integer(object)?;
+        let mut values = Vec::new();
+        for object in CHANGED
+            .map(String::from)
+            .into_iter()
+            .chain(inertia::changed())
+        {
+            let value = client.integer(&object)?;
+            values.push((object, value));
         }
         Ok(Self { range_mdeg, values })
     }
@@ -36,7 +41,7 @@ impl Kept {
     /// # Errors
     /// [`ClientError::Object`].
     pub fn restore(&self, client: &mut Client) -> Result<(), ClientError> {
-        for (value, object) in self.values.iter().zip(CHANGED) {
+        for (object, value) in &self.values {
             client.write(object, &value.to_string())?;
         }
         write_range(client, self.range_mdeg)
@@ -51,19 +56,17 @@ pub(super) fn write_range(client: &mut Client, (low, high): (i64, i64)) -> Resul
     client.write("607D:1", &low.to_string())
 }
 
-/// Writes the range and the torque constant, and saves them. The flash has the old set until the
+/// Writes the range and what was found, and saves them. The flash has the old set until the
 /// save.
 ///
 /// # Errors
 /// [`CommissionError`].
-pub fn write(
-    client: &mut Client,
-    limits: &Limits,
-    findings: &Findings,
-) -> Result<(), CommissionError> {
-    let (low, high) = limits.range_mdeg;
+pub fn write(client: &mut Client, findings: &Findings) -> Result<(), CommissionError> {
+    let (low, high) = findings.range_mdeg;
     write_range(client, (low.into(), high.into()))?;
-    client.write("2011:2", &findings.torque_constant_nm_a.value.to_string())?;
+    for (object, value) in findings.objects() {
+        client.write(object, &value.to_string())?;
+    }
     let saved = client.sdo().download(0x1010, 1, b"save");
     saved.map_err(|source: SdoError| {
         let name = "1010h:01".into();

@@ -1,0 +1,220 @@
+//! The last measurement: two excitations around the centre of the range give inertia and delay,
+//! each for itself. The second one validates the first: what it contradicts is reported, and is not
+//! stored.
+
+use std::time::Duration;
+
+use super::friction::Friction;
+use super::motor_fit::{Fitted, Fitting, Motor, Start};
+use super::resistance::{COLD_DEG_C, Cold, winding_deg_c};
+use super::runs::arrive;
+use super::samples::{Board, SIGNALS, Sample, real};
+use super::{CommissionError, Estimate, record};
+use crate::can::client::{Client, ClientError};
+use crate::can::excitation;
+
+/// An excitation: its name, and the values of the sub-indices of 2020h.
+type Excitation = (&'static str, &'static [(u8, i32)]);
+
+/// A chirp over the band of the position loop, within 5 deg.
+const CHIRP: Excitation = (
+    "the chirp",
+    &[
+        (3, 5),
+        (4, 5_000),
+        (5, 300),
+        (6, 4_000),
+        (7, 4_000),
+        (12, 1),
+    ],
+);
+
+/// Cosines at eight odd multiples of 0.4 Hz, to 6 Hz, of 2 deg each, twice.
+const MULTISINE: Excitation = (
+    "the multisine",
+    &[(3, 9), (4, 2_000), (5, 400), (11, 8), (12, 2)],
+);
+
+/// The objects that the excitations change.
+pub fn changed() -> Vec<String> {
+    let settings = CHIRP.1.iter().chain(MULTISINE.1);
+    let mut subs: Vec<u8> = settings.map(|(sub, _)| *sub).collect();
+    subs.sort_unstable();
+    subs.dedup();
+    subs.iter().map(|sub| format!("2020:{sub}")).collect()
+}
+
+/// Longest excitation.
+const LONGEST: Duration = Duration::from_secs(10);
+
+/// Time at rest before each excitation.
+const REST: Duration = Duration::from_millis(200);
+
+/// Standard errors from the middle of an interval of 95 % to its ends.
+const INTERVAL: f64 = 2.0;
+
+/// What the excitations give.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Dynamics {
+    /// Inertia at the output, kg m^2.
+    pub inertia_kg_m2: Estimate,
+    /// Time from the control period that decides a duty to that which measures its first effect, s.
+    pub delay_s: Estimate,
+    /// Free play of the output, deg: of the fit alone.
+    pub backlash_deg: f64,
+    /// Two measurements of one parameter whose intervals do not overlap.
+    pub contradictions: Vec<Contradiction>,
+}
+
+/// Two measurements of one parameter whose intervals do not overlap.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct Contradiction {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// The values, as a sentence.
+    pub text: String,
+}
+
+/// A parameter that is measured twice.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Parameter {
+    /// Inertia.
+    Inertia,
+    /// Delay.
+    Delay,
+    /// Coulomb friction.
+    Coulomb,
+}
+
+/// Excites around the centre of this range, mdeg, and fits.
+pub fn measure(
+    client: &mut Client,
+    (low, high): (i32, i32),
+    board: &Board,
+    (cold, constant, friction): (&Cold, Estimate, &Friction),
+) -> Result<Dynamics, CommissionError> {
+    let centre_mdeg = low.midpoint(high);
+    let coulomb = friction
+        .upward
+        .coulomb_nm
+        .mean(friction.downward.coulomb_nm);
+    let start = Start {
+        inertia_kg_m2: real(client, "2011:4")?,
+        coulomb_nm: coulomb.value.max(0.0),
+    };
+    let mut fitted = |settings: &[(u8, i32)]| {
+        let (samples, warm_k) = excite(client, centre_mdeg, board, settings)?;
+        Fitted::of(&samples, &Motor::of(cold, constant, warm_k), &start)
+    };
+    let (one, other) = (fitted(CHIRP.1)?, fitted(MULTISINE.1)?);
+    let of_excitations = |parameter, name: &str, one: Fitting, other: Fitting| {
+        let values = (one.against_another(), other.against_another());
+        contradiction((parameter, name), (CHIRP.0, MULTISINE.0), values)
+    };
+    let of_runs = |of_chirp: Fitting| {
+        let name = (Parameter::Coulomb, "Coulomb friction, Nm");
+        contradiction(name, (CHIRP.0, "the runs"), (of_chirp.whole(), coulomb))
+    };
+    let contradictions = [
+        of_excitations(
+            Parameter::Inertia,
+            "inertia, kg m^2",
+            one.inertia_kg_m2,
+            other.inertia_kg_m2,
+        ),
+        of_excitations(Parameter::Delay, "delay, s", one.delay_s, other.delay_s),
+        one.coulomb_nm.and_then(of_runs),
+    ];
+    Ok(Dynamics {
+        inertia_kg_m2: one.inertia_kg_m2.whole(),
+        delay_s: one.delay_s.whole(),
+        backlash_deg: one.backlash_deg,
+        contradictions: contradictions.into_iter().flatten().collect(),
+    })
+}
+
+/// The contradiction of two values whose intervals of 95 % do not overlap.
+fn contradiction(
+    (parameter, name): (Parameter, &str),
+    sources: (&str, &str),
+    (one, other): (Estimate, Estimate),
+) -> Option<Contradiction> {
+    let reach = INTERVAL * (one.standard_error + other.standard_error);
+    // Not true for NaN either.
+    let overlap = (one.value - other.value).abs() <= reach;
+    (!overlap).then(|| Contradiction {
+        parameter,
+        text: format!(
+            "{name}: {:.4e} +- {:.1e} of {}, {:.4e} +- {:.1e} of {}",
+            one.value, one.standard_error, sources.0, other.value, other.standard_error, sources.1
+        ),
+    })
+}
+
+/// The samples of an excitation, and by how much the winding was warmer than 25 deg C, K.
+fn excite(
+    client: &mut Client,
+    centre_mdeg: i32,
+    board: &Board,
+    settings: &[(u8, i32)],
+) -> Result<(Vec<Sample>, f64), CommissionError> {
+    for (sub, value) in settings {
+        client.write(&format!("2020:{sub}"), &value.to_string())?;
+    }
+    client.enable(1)?;
+    arrive(client, centre_mdeg)?;
+    client.pause(REST)?;
+    let (capture, moved) = record(client, &SIGNALS, |client| {
+        excitation::start(client)?;
+        let done = wait(client);
+        // One that has not ended is stopped; its error is more informative.
+        let stopped = match &done {
+            Ok(()) => Ok(()),
+            Err(_) => client.write("2020:1", "0"),
+        };
+        done.and(stopped)
+    })?;
+    moved?;
+    let warm_k = winding_deg_c(client)? - COLD_DEG_C;
+    Ok((board.samples(&capture), warm_k))
+}
+
+fn wait(client: &mut Client) -> Result<(), ClientError> {
+    let step = Duration::from_millis(20);
+    for _ in 0..LONGEST.as_millis() / step.as_millis() {
+        client.pause(step)?;
+        if client.status()? & 0x6F != 0x27 {
+            break;
+        }
+        if client.integer("2020:2")? == 0 {
+            return Ok(());
+        }
+    }
+    client.fail_in_state("expected the excitation to end")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_contradict_each_other_where_their_intervals_do_not_overlap() {
+        let of = |value| Estimate {
+            value,
+            standard_error: 0.01,
+        };
+        let found = |other| {
+            let name = (Parameter::Inertia, "inertia, kg m^2");
+            contradiction(name, ("the chirp", "the multisine"), (of(1.0), of(other)))
+        };
+        assert!(found(1.039).is_none() && found(0.961).is_none());
+        for other in [1.041, 0.959, f64::NAN] {
+            let text = found(other).expect("a contradiction").text;
+            assert!(
+                text.starts_with("inertia, kg m^2: 1.0000e0 +- 1.0e-2 of the chirp"),
+                "{text}"
+            );
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! Inertia, delay and friction from a recording of an excitation.
+//!
+//! The motor model of [`identification`] is fitted with resistance and torque constant held, and
+//! again with each of these one standard error greater: what that changes is a part of the standard
+//! errors. Free are inertia, delay, friction, a load, and the backlash, which a delay would
+//! otherwise stand for.
+
+use identification::{Experiment, Fit, Hold, Options, Problem, Quiet, Recording, fit, models};
+
+use super::resistance::{COPPER_K, Cold, TEMPERATURE_K};
+use super::samples::Sample;
+use super::winding::Winding;
+use super::{CommissionError, Estimate, PERIOD_S, refuse, uniform};
+
+const STEP: &str = "inertia and delay";
+
+/// The supply of a recording whose duty is computed from the voltage, V: any.
+const SUPPLY_V: f64 = 10.0;
+
+/// Starting value of the backlash, one count of the encoder, deg: without any it has no slope.
+const START_BACKLASH_DEG: f64 = 0.1;
+
+/// Where the search starts.
+pub struct Start {
+    /// Inertia, kg m^2.
+    pub inertia_kg_m2: f64,
+    /// Coulomb friction, Nm.
+    pub coulomb_nm: f64,
+}
+
+/// What is held.
+pub struct Motor {
+    winding: Winding,
+    /// Standard error of its resistance, ohm.
+    resistance_error_ohm: f64,
+    torque_per_current_nm_a: Estimate,
+}
+
+impl Motor {
+    /// With a winding that is so much warmer than 25 deg C, K.
+    pub fn of(cold: &Cold, torque_per_current_nm_a: Estimate, warm_k: f64) -> Self {
+        let Estimate {
+            value,
+            standard_error,
+        } = cold.resistance_ohm;
+        let ratio = 1.0 + COPPER_K * warm_k;
+        Self {
+            winding: Winding {
+                resistance_ohm: value * ratio,
+                ..cold.winding
+            },
+            resistance_error_ohm: standard_error * ratio,
+            torque_per_current_nm_a,
+        }
+    }
+}
+
+/// An estimate by a fit, with the shares of its error.
+#[derive(Debug, Clone, Copy)]
+pub struct Fitting {
+    value: f64,
+    /// Of the fit.
+    of_fit: f64,
+    /// Of the temperature of the winding, which differs between two recordings.
+    of_temperature: f64,
+    /// Of what is held, which two recordings have in common.
+    of_held: f64,
+}
+
+impl Fitting {
+    /// With the whole error.
+    pub fn whole(self) -> Estimate {
+        Estimate {
+            value: self.value,
+            standard_error: self.of_fit.hypot(self.of_held),
+        }
+    }
+
+    /// With the error that it does not have in common with that of another recording.
+    pub fn against_another(self) -> Estimate {
+        Estimate {
+            value: self.value,
+            standard_error: self.of_fit.hypot(self.of_temperature),
+        }
+    }
+}
+
+/// The motor of a recording.
+pub struct Fitted {
+    /// Inertia at the output, kg m^2.
+    pub inertia_kg_m2: Fitting,
+    /// Delay, s.
+    pub delay_s: Fitting,
+    /// Coulomb friction, Nm, where the recording determines it.
+    pub coulomb_nm: Option<Fitting>,
+    /// Free play, deg.
+    pub backlash_deg: f64,
+}
+
+const INERTIA: &str = "motor_inertia_kg_m2";
+const DELAY: &str = "delay_s";
+const COULOMB: &str = "coulomb_friction_nm";
+const BACKLASH: &str = "backlash_deg";
+
+impl Fitted {
+    /// Fits the samples of a recording.
+    pub fn of(samples: &[Sample], motor: &Motor, start: &Start) -> Result<Self, CommissionError> {
+        let constant = motor.torque_per_current_nm_a;
+        let resistance_ohm = motor.winding.resistance_ohm;
+        let experiment = experiment(samples, &motor.winding)?;
+        let starting = [
+            (INERTIA, start.inertia_kg_m2),
+            (COULOMB, start.coulomb_nm),
+            (DELAY, PERIOD_S),
+            (BACKLASH, START_BACKLASH_DEG),
+        ];
+        let held = |constant_nm_a: f64, ohm: f64, starts: &[(&str, f64)], count: usize| {
+            solve(&experiment, (constant_nm_a, ohm), starts, count)
+        };
+        let here = held(constant.value, resistance_ohm, &starting, STARTS)?;
+        let found: Vec<_> = here.estimates.iter().filter(|e| !e.fixed).collect();
+        let found: Vec<_> = found.iter().map(|e| (e.name, e.value)).collect();
+        let greater_nm_a = constant.value + constant.standard_error;
+        let with_constant = held(greater_nm_a, resistance_ohm, &found, 1)?;
+        let greater_ohm = resistance_ohm + motor.resistance_error_ohm;
+        let with_resistance = held(constant.value, greater_ohm, &found, 1)?;
+        let fitting = |name: &'static str| {
+            let Estimate {
+                value,
+                standard_error,
+            } = determined(&here, name)?;
+            let shift = |fit: &Fit| fit.value(name).map_or(f64::NAN, |other| other - value);
+            let of_resistance = shift(&with_resistance);
+            let share = resistance_ohm / motor.resistance_error_ohm;
+            Ok::<_, CommissionError>(Fitting {
+                value,
+                of_fit: standard_error,
+                of_temperature: of_resistance * share * uniform(COPPER_K * TEMPERATURE_K),
+                of_held: of_resistance.hypot(shift(&with_constant)),
+            })
+        };
+        Ok(Self {
+            inertia_kg_m2: fitting(INERTIA)?,
+            delay_s: fitting(DELAY)?,
+            coulomb_nm: fitting(COULOMB).ok(),
+            backlash_deg: here.value(BACKLASH).unwrap_or(0.0),
+        })
+    }
+}
+
+/// Starting points of the first search.
+const STARTS: usize = 4;
+
+/// The experiment of a recording. Its voltage is that which makes the mean current of each control
+/// period, with dead times and window.
+fn experiment(samples: &[Sample], winding: &Winding) -> Result<Experiment, CommissionError> {
+    let pairs = || samples.windows(2);
+    let duty_pct = pairs().map(|pair| {
+        let driven = pair[1].driven;
+        let resistive_v = winding.current(driven).mean_a * winding.resistance_ohm;
+        (resistive_v + driven.back_emf_v) / SUPPLY_V * 100.0
+    });
+    let recording = Recording {
+        name: "excitation".into(),
+        time_s: pairs()
+            .enumerate()
+            .map(|(i, _)| i as f64 * PERIOD_S)
+            .collect(),
+        command_deg: pairs()
+            .map(|pair| f64::from(pair[0].command_mdeg) * 1e-3)
+            .collect(),
+        angle_deg: pairs().map(|pair| pair[0].angle_deg).collect(),
+        duty_pct: Some(duty_pct.collect()),
+        supply_v: Some(vec![SUPPLY_V; samples.len().saturating_sub(1)]),
+        hold: Hold::Zero,
+        ..Recording::default()
+    };
+    Experiment::try_new(recording).or_else(|error| refuse(STEP, error.to_string()))
+}
+
+fn solve(
+    experiment: &Experiment,
+    (torque_per_current_nm_a, resistance_ohm): (f64, f64),
+    starting: &[(&str, f64)],
+    starts: usize,
+) -> Result<Fit, CommissionError> {
+    let Some(model) = models::named("motor-m1") else {
+        return refuse(STEP, "there is no model motor-m1");
+    };
+    let solve = || {
+        let mut problem = Problem::try_new(model, vec![experiment.clone()])?;
+        problem.fix("torque_constant_nm_a", torque_per_current_nm_a)?;
+        problem.fix("winding_resistance_ohm", resistance_ohm)?;
+        problem.free("load_torque_nm")?;
+        problem.free(BACKLASH)?;
+        for (name, value) in starting {
+            // The objects have wider ranges than the search.
+            let specs = problem.specs.iter();
+            let bounds = specs.filter(|spec| spec.parameter.name == *name);
+            let within = bounds.fold(*value, |value, spec| value.max(spec.low).min(spec.high));
+            problem.start(name, within)?;
+        }
+        let options = Options {
+            starts,
+            ..Options::default()
+        };
+        fit(&problem, &options, &Quiet)
+    };
+    solve().or_else(|error: identification::IdentifyError| refuse(STEP, error.to_string()))
+}
+
+/// An estimate that the fit determines.
+fn determined(fit: &Fit, name: &'static str) -> Result<Estimate, CommissionError> {
+    let found = fit.estimate(name).filter(|e| !e.is_undetermined());
+    let found = found.map(|e| Estimate {
+        value: e.value,
+        standard_error: e.standard_error_coloured.max(e.standard_error),
+    });
+    match found {
+        Some(estimate) if estimate.standard_error < estimate.value.abs() => Ok(estimate),
+        _ => refuse(
+            STEP,
+            format!("{name} cannot be identified from the excitation"),
+        ),
+    }
+}
