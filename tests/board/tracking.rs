@@ -6,7 +6,7 @@ use board_tests::program::run_master;
 use virtual_board::plant::{BoardPlantOptions, Bridge};
 use virtual_board::run::Options;
 
-const DURATION_MS: u64 = 3_000;
+const DURATION_MS: u64 = 4_000;
 
 /// The ramp, and the last tick of it.
 const RAMP: core::ops::Range<u64> = 150..350;
@@ -54,8 +54,8 @@ fn a_ramp_is_followed_and_a_shaft_at_rest_gets_no_duty_natively_and_on_the_emula
         let lag_deg = target_deg - row.angle_deg;
         assert!(lag_deg.abs() < 1.7, "{lag_deg} deg at {} ns", row.at_ns);
     }
-    // Settled after 375 ms.
-    let mut last = within(600..740).map(|row| row.bridge).peekable();
+    // The shaft creeps into the band by the integral of the rate loop, within 2 s, and settles.
+    let mut last = within(940..990).map(|row| row.bridge).peekable();
     assert!(last.peek().is_some());
     assert!(last.all(|bridge| !matches!(bridge, Bridge::Driven { on_cycles: 1.., .. })));
 }

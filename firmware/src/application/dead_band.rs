@@ -18,8 +18,8 @@ use crate::timing::{angle_of_mdeg, periods};
 /// Three times 1/P: a motion of the default gains has ended.
 const SETTLED_PERIODS: u16 = periods(375);
 
-/// A mean of the duty takes a sixteenth of each new one.
-const MEAN_BITS: u32 = 4;
+/// A mean of the duty takes a share of 2^-6 of each new one: over 256 ms, since the noise makes 12 %.
+const MEAN_BITS: u32 = 6;
 
 /// When a shaft rests; by default never.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
@@ -48,8 +48,8 @@ impl DeadBand {
         duty: Percent,
         supply_mv: i32,
     ) -> bool {
-        let was_settled = self.settled == SETTLED_PERIODS;
-        let edge_mdeg = match was_settled {
+        let rests = self.settled == SETTLED_PERIODS;
+        let edge_mdeg = match rests {
             true => 2 * settings.band_mdeg,
             false => settings.band_mdeg,
         };
@@ -61,9 +61,12 @@ impl DeadBand {
             };
             return false;
         }
-        self.settled = (self.settled + 1).min(SETTLED_PERIODS);
         self.mean += (units_of(duty) - self.mean) >> MEAN_BITS;
-        was_settled && self.mean.abs() < units_of(duty_of(settings.friction_mv, supply_mv))
+        let is_held = || self.mean.abs() < units_of(duty_of(settings.friction_mv, supply_mv));
+        if self.settled + 1 < SETTLED_PERIODS || !rests && is_held() {
+            self.settled += 1;
+        }
+        self.settled == SETTLED_PERIODS
     }
 }
 
@@ -81,6 +84,7 @@ mod tests {
     /// Periods until a shaft with this error and duty rests, of twice the time to settle.
     fn rests_after(dead_band: &mut DeadBand, angle_deg: f64, duty_pct: f64) -> Option<u16> {
         let (error, duty) = (Some(angle(angle_deg)), percent(duty_pct));
+        dead_band.rests(&SETTINGS, None, duty, 6000);
         (0..2 * SETTLED_PERIODS).find(|_| dead_band.rests(&SETTINGS, error, duty, 6000))
     }
 
@@ -89,8 +93,8 @@ mod tests {
         let after =
             |angle_deg, duty_pct| rests_after(&mut DeadBand::default(), angle_deg, duty_pct);
         // 300 mV of 6 V are 5 %.
-        assert_eq!(after(1.0, 4.9), Some(SETTLED_PERIODS));
-        assert_eq!(after(-1.0, -4.9), Some(SETTLED_PERIODS));
+        assert_eq!(after(1.0, 4.9), Some(SETTLED_PERIODS - 1));
+        assert_eq!(after(-1.0, -4.9), Some(SETTLED_PERIODS - 1));
         assert_eq!(after(1.0, 5.1), None, "loaded");
         assert_eq!(after(1.1, 0.0), None, "outside the band");
     }

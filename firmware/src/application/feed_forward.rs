@@ -21,16 +21,21 @@ impl FeedForward {
         self.voltage_mv = voltage_mv;
     }
 
-    /// The change of the duty at this supply voltage, if there is one. Without another demand the
-    /// next duty is 0.
-    pub fn change(&mut self, supply_mv: i32) -> Option<Percent> {
+    /// Whether a voltage is demanded, or was.
+    pub fn is_active(&self) -> bool {
+        self.voltage_mv != 0 || self.duty != Some(0)
+    }
+
+    /// The change of the duty at this supply voltage. Without another demand the next duty is 0.
+    #[inline(never)]
+    pub fn change(&mut self, supply_mv: i32) -> Percent {
         let voltage_mv = core::mem::take(&mut self.voltage_mv);
         let duty = match voltage_mv {
             0 => 0,
             voltage_mv => units_of(duty_of(voltage_mv, supply_mv)),
         };
         let before = self.duty.replace(duty).unwrap_or(duty);
-        (duty != before).then(|| duty_of_units(duty - before))
+        duty_of_units(duty - before)
     }
 
     /// The loops are open.
@@ -52,21 +57,23 @@ mod tests {
             forward.demand(voltage_mv);
             forward.change(supply_mv)
         };
-        assert_eq!(at(0, 6000), None);
-        assert_eq!(at(3000, 6000), Some(percent(50.0)));
-        assert_eq!(at(3000, 6000), None);
-        assert_eq!(at(3000, 5000), Some(percent(10.0)));
-        assert_eq!(at(-3000, 5000), Some(percent(-120.0)));
-        assert_eq!(forward.change(5000), Some(percent(60.0)), "no demand");
+        assert_eq!(at(0, 6000), Percent::ZERO);
+        assert_eq!(at(3000, 6000), percent(50.0));
+        assert_eq!(at(3000, 6000), Percent::ZERO);
+        assert_eq!(at(3000, 5000), percent(10.0));
+        assert_eq!(at(-3000, 5000), percent(-120.0));
+        assert!(forward.is_active());
+        assert_eq!(forward.change(5000), percent(60.0), "no demand");
+        assert!(!forward.is_active());
     }
 
     #[test]
     fn loops_that_are_closed_in_motion_contain_its_duty_already() {
         let mut forward = FeedForward::default();
         forward.demand(3000);
-        assert_eq!(forward.change(6000), None);
+        assert_eq!(forward.change(6000), Percent::ZERO);
         forward.end();
         forward.demand(-3000);
-        assert_eq!(forward.change(6000), None);
+        assert_eq!(forward.change(6000), Percent::ZERO);
     }
 }

@@ -90,27 +90,36 @@ impl Application {
 
     /// A step of the control law around a setpoint, with what is fed forward, or of a shaft that
     /// rests there.
+    #[inline(always)]
     fn follow_setpoint(&mut self, settings: Settings<'_>, setpoint: Setpoint) -> CascadeStep {
         let control = &settings.board.control;
-        let supply_mv = self.outputs.telemetry.supply_mv;
-        if let Some(change) = self.feed_forward.change(supply_mv) {
+        if self.feed_forward.is_active() {
+            let supply_mv = self.outputs.telemetry.supply_mv;
+            let change = self.feed_forward.change(supply_mv);
             self.control.feed_forward(change);
         }
-        // The last one is still that of the last control period.
-        let last = self.outputs.telemetry.command;
+        match settings.dead_band.band_mdeg > 0 && self.rests(settings, setpoint) {
+            true => (self.control).follow_duty(control, Percent::ZERO, Percent::ZERO),
+            false => self.control.regulate(control, setpoint),
+        }
+    }
+
+    /// Whether the shaft rests at the setpoint without duty.
+    #[inline(never)]
+    fn rests(&mut self, settings: Settings<'_>, setpoint: Setpoint) -> bool {
+        let control = &settings.board.control;
+        let telemetry = &self.outputs.telemetry;
+        // The command is still that of the last control period.
         let error = match setpoint {
-            Setpoint::Angle(angle) if angle == last => Some(
+            Setpoint::Angle(angle) if angle == telemetry.command => Some(
                 control
                     .reachable(angle)
                     .saturating_sub(self.control.angle()),
             ),
             _ => None,
         };
-        let duty = self.last_step.duty;
-        match (self.dead_band).rests(settings.dead_band, error, duty, supply_mv) {
-            true => (self.control).follow_duty(control, Percent::ZERO, Percent::ZERO),
-            false => self.control.regulate(control, setpoint),
-        }
+        let (duty, supply_mv) = (self.last_step.duty, telemetry.supply_mv);
+        (self.dead_band).rests(settings.dead_band, error, duty, supply_mv)
     }
 
     /// A step of the control law that makes a torque.

@@ -67,6 +67,15 @@ impl ForwardGains {
         }
     }
 
+    /// Whether the shares are 0.
+    pub(super) fn is_off(&self) -> bool {
+        self.share == 0 && !self.has_model()
+    }
+
+    fn has_model(&self) -> bool {
+        self.velocity != Single::default()
+    }
+
     /// The rate that is added to that of the position loop, mdeg/s.
     pub(super) fn velocity(&self, demanded_mdeg_s: i32) -> i32 {
         ((i64::from(demanded_mdeg_s) * i64::from(self.share)) >> 10) as i32
@@ -84,7 +93,7 @@ pub(super) struct Demanded {
 impl Demanded {
     /// The mean voltage of the motor that a demanded velocity needs, mV.
     pub fn next(&mut self, gains: &ForwardGains, velocity_mdeg_s: i32, is_cyclic: bool) -> i32 {
-        if gains.velocity.get() == 0.0 {
+        if !gains.has_model() {
             return 0;
         }
         let velocity = velocity_mdeg_s as f32;

@@ -146,16 +146,15 @@ impl State {
             Demand::Off => self.power_off(&parameters.axis, output.state),
             Demand::Position { position, velocity } => {
                 let of_encoder = position.saturating_sub(output.origin);
-                let rate = self.forward_velocity(gains, velocity, output);
-                let setpoint = match rate {
-                    0 => Setpoint::Angle(angle_of_mdeg(of_encoder)),
-                    rate => Setpoint::Moving(angle_of_mdeg(of_encoder), rate_of_mdeg_s(rate)),
+                let angle = angle_of_mdeg(of_encoder);
+                let setpoint = match self.feed_forward(gains, velocity, output) {
+                    0 => Setpoint::Angle(angle),
+                    rate => Setpoint::Moving(angle, rate_of_mdeg_s(rate)),
                 };
-                self.demand_voltage(gains, velocity, output);
                 self.command(output.state, Request::Command(setpoint));
             }
             Demand::Velocity(velocity) => {
-                self.demand_voltage(gains, velocity, output);
+                self.feed_forward(gains, velocity, output);
                 let setpoint = Setpoint::Rate(rate_of_mdeg_s(velocity));
                 self.command(output.state, Request::Command(setpoint));
             }
@@ -169,27 +168,34 @@ impl State {
         }
     }
 
-    /// The rate that is added to that of the position loop: a share of the demanded velocity, and
-    /// object 60B1h while the axis follows the target of the cyclic synchronous position mode.
-    fn forward_velocity(&self, gains: &ForwardGains, demanded_mdeg_s: i32, output: &Output) -> i32 {
-        let follows_target = output.statusword & statusword::MODE_12 != 0;
-        let offset = match output.mode_display {
-            Mode::CyclicPosition if follows_target => self.command.velocity_offset_mdeg_s,
-            _ => 0,
-        };
-        gains.velocity(demanded_mdeg_s).saturating_add(offset)
+    /// Feeds the voltage of a demanded velocity forward, and returns the rate that is added to that
+    /// of the position loop, mdeg/s.
+    #[inline(always)]
+    fn feed_forward(&mut self, gains: &ForwardGains, mdeg_s: i32, output: &Output) -> i32 {
+        match gains.is_off() && self.command.velocity_offset_mdeg_s == 0 {
+            true => 0,
+            false => self.forward(gains, mdeg_s, output),
+        }
     }
 
-    /// Feeds the voltage of this velocity forward while the commands of the mailbox are followed.
-    fn demand_voltage(&mut self, gains: &ForwardGains, velocity_mdeg_s: i32, output: &Output) {
+    /// The voltage acts while the commands of the mailbox are followed, and object 60B1h while the
+    /// axis follows the target of the cyclic synchronous position mode.
+    #[inline(never)]
+    fn forward(&mut self, gains: &ForwardGains, mdeg_s: i32, output: &Output) -> i32 {
         let is_cyclic = matches!(
             output.mode_display,
             Mode::CyclicPosition | Mode::CyclicVelocity | Mode::InterpolatedPosition
         );
-        let voltage_mv = (self.demanded).next(gains, velocity_mdeg_s, is_cyclic);
+        let voltage_mv = (self.demanded).next(gains, mdeg_s, is_cyclic);
         if self.is_commanded() {
             self.application.demand_voltage(voltage_mv);
         }
+        let follows_target = output.statusword & statusword::MODE_12 != 0;
+        let offset_mdeg_s = match output.mode_display {
+            Mode::CyclicPosition if follows_target => self.command.velocity_offset_mdeg_s,
+            _ => 0,
+        };
+        gains.velocity(mdeg_s).saturating_add(offset_mdeg_s)
     }
 
     fn power_off(&mut self, axis: &AxisParameters, state: Cia402State) {

@@ -40,10 +40,12 @@ const READ_WRITE: u32 = 0b001 << 24;
 pub struct LoopMemory(MPU);
 
 impl LoopMemory {
-    /// Places the task into its memory, and protects it. To be called once.
-    pub fn new(mpu: MPU, task: LoopTask) -> Self {
+    /// Places the task into its memory, and protects it. To be called once. Not inlined: the task
+    /// stays out of the stack frame of the initialisation, which is the largest one.
+    #[inline(never)]
+    pub fn new(mpu: MPU, task: impl FnOnce() -> LoopTask) -> Self {
         // SAFETY: nothing refers to the memory yet.
-        unsafe { (*CONTROL_LOOP.0.get()).write(task) };
+        unsafe { (*CONTROL_LOOP.0.get()).write(task()) };
         let address = CONTROL_LOOP.0.get().addr() as u32;
         // SAFETY: region 0 covers the static above and nothing else; all other memory keeps the
         // permissions of the default map (PRIVDEFENA).

@@ -192,7 +192,8 @@ macro_rules! actuator_program {
                 let (can, can_receiver, acceptance) = Can::new(peripherals.can, &initial_ids);
                 let can = CanController::new(can, bus.bit_rate_kbit_s as u16, ends.controller);
                 let messages = &device.drive.messages;
-                let control_loop = messages.start(start);
+                let task = || LoopTask::new(messages.start(start), watchdog);
+                let loop_memory = LoopMemory::new(cx.core.MPU, task);
                 let [posted, spare] = cx.local.messages;
                 let mailboxes = Mailboxes::new(posted.write(messages.clone()));
                 let poster = Poster::new(spare.write(messages.clone()));
@@ -210,10 +211,7 @@ macro_rules! actuator_program {
                         peripherals.servo_pulse,
                     ),
                     period_counter: peripherals.period_counter,
-                    loop_memory: LoopMemory::new(
-                        cx.core.MPU,
-                        LoopTask::new(control_loop, watchdog),
-                    ),
+                    loop_memory,
                     mailboxes,
                     telemetry,
                     can,
