@@ -62,10 +62,12 @@ pub(super) const fn stands(back_emf_mv: i32) -> bool {
 /// The duty whose mean voltage is this one, in steps of 2^-8 %, limited to 100 %.
 pub(super) fn duty_of(mean_mv: i32, supply_mv: i32) -> Percent {
     // The legs are measured up to 16.5 V: 4 * 16,500 * 100 * 256 < 2^31.
-    let steps = mean_mv * (100 << 8) / supply_mv.max(1);
-    let full = 100 << 8;
-    duty_of_units(steps.max(-full).min(full))
+    let steps = mean_mv * UNITS / supply_mv.max(1);
+    duty_of_units(steps.max(-UNITS).min(UNITS))
 }
+
+/// 100 % in units of [`duty_of`].
+pub(super) const UNITS: i32 = 100 << 8;
 
 /// Duty in units of [`duty_of`], 2^-8 %.
 pub(super) fn units_of(duty: Percent) -> i32 {

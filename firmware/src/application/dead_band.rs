@@ -12,7 +12,7 @@
 
 use model_core::control::units::{Angle, Percent};
 
-use super::back_emf_brake::{duty_of, units_of};
+use super::back_emf_brake::{UNITS, units_of};
 use crate::timing::{angle_of_mdeg, periods};
 
 /// Three times 1/P: a motion of the default gains has ended.
@@ -24,17 +24,39 @@ const MEAN_BITS: u32 = 6;
 /// When a shaft rests; by default never.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct DeadBandSettings {
-    /// Half the width of the band, mdeg; 0 for none.
-    pub band_mdeg: i32,
-    /// The voltage at the resistance that makes the torque of the Coulomb friction, mV.
-    pub friction_mv: i32,
+    /// Half the width of the band, 2^-16 deg; 0 for none.
+    band: i32,
+    /// The voltage at the resistance that makes the torque of the Coulomb friction, mV, times the
+    /// duty 100 % in units of the mean.
+    friction: i32,
+}
+
+impl DeadBandSettings {
+    /// Those of half the width of the band, and of the voltage at the resistance that makes the
+    /// torque of the Coulomb friction, 33 V at most.
+    pub fn new(band_mdeg: u16, friction_mv: i32) -> Self {
+        Self {
+            band: fine(angle_of_mdeg(band_mdeg.into())),
+            friction: friction_mv * UNITS,
+        }
+    }
+
+    /// Whether a shaft ever rests.
+    pub(super) fn is_on(&self) -> bool {
+        self.band > 0
+    }
+}
+
+/// An angle within 2^15 deg in 2^-16 deg.
+fn fine(angle: Angle) -> i32 {
+    (angle.to_bits() >> 16) as i32
 }
 
 /// How long the shaft has been within the band of the same angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct DeadBand {
     settled: u16,
-    /// Mean duty meanwhile, in units of [`duty_of`].
+    /// Mean duty meanwhile, in 2^-8 %.
     mean: i32,
 }
 
@@ -49,12 +71,12 @@ impl DeadBand {
         supply_mv: i32,
     ) -> bool {
         let rests = self.settled == SETTLED_PERIODS;
-        let edge_mdeg = match rests {
-            true => 2 * settings.band_mdeg,
-            false => settings.band_mdeg,
+        let edge = match rests {
+            true => 2 * settings.band,
+            false => settings.band,
         };
-        let is_near = error.is_some_and(|error| error.abs() <= angle_of_mdeg(edge_mdeg));
-        if settings.band_mdeg == 0 || !is_near {
+        let is_near = error.is_some_and(|error| fine(error.abs()) <= edge);
+        if !is_near {
             *self = Self {
                 settled: 0,
                 mean: units_of(duty),
@@ -62,7 +84,8 @@ impl DeadBand {
             return false;
         }
         self.mean += (units_of(duty) - self.mean) >> MEAN_BITS;
-        let is_held = || self.mean.abs() < units_of(duty_of(settings.friction_mv, supply_mv));
+        // Below 2^15 times 16.5 V.
+        let is_held = || self.mean.abs() * supply_mv < settings.friction;
         if self.settled + 1 < SETTLED_PERIODS || !rests && is_held() {
             self.settled += 1;
         }
@@ -76,16 +99,12 @@ mod tests {
 
     use super::*;
 
-    const SETTINGS: DeadBandSettings = DeadBandSettings {
-        band_mdeg: 1000,
-        friction_mv: 300,
-    };
-
     /// Periods until a shaft with this error and duty rests, of twice the time to settle.
     fn rests_after(dead_band: &mut DeadBand, angle_deg: f64, duty_pct: f64) -> Option<u16> {
         let (error, duty) = (Some(angle(angle_deg)), percent(duty_pct));
-        dead_band.rests(&SETTINGS, None, duty, 6000);
-        (0..2 * SETTLED_PERIODS).find(|_| dead_band.rests(&SETTINGS, error, duty, 6000))
+        let settings = DeadBandSettings::new(1000, 300);
+        dead_band.rests(&settings, None, duty, 6000);
+        (0..2 * SETTLED_PERIODS).find(|_| dead_band.rests(&settings, error, duty, 6000))
     }
 
     #[test]
@@ -101,14 +120,15 @@ mod tests {
 
     #[test]
     fn a_shaft_rests_up_to_twice_the_band_and_until_the_command_changes() {
+        let settings = DeadBandSettings::new(1000, 300);
         let mut dead_band = DeadBand::default();
         assert!(rests_after(&mut dead_band, 0.0, 0.0).is_some());
-        let mut rests_at = |error| dead_band.rests(&SETTINGS, error, Percent::ZERO, 6000);
+        let mut rests_at = |error| dead_band.rests(&settings, error, Percent::ZERO, 6000);
         assert!(rests_at(Some(angle(2.0))));
         assert!(!rests_at(Some(angle(-2.1))));
         assert!(!rests_at(Some(Angle::ZERO)), "settles again");
         let mut dead_band = DeadBand::default();
         assert!(rests_after(&mut dead_band, 0.0, 0.0).is_some());
-        assert!(!dead_band.rests(&SETTINGS, None, Percent::ZERO, 6000));
+        assert!(!dead_band.rests(&settings, None, Percent::ZERO, 6000));
     }
 }

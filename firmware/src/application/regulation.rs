@@ -98,7 +98,7 @@ impl Application {
             let change = self.feed_forward.change(supply_mv);
             self.control.feed_forward(change);
         }
-        match settings.dead_band.band_mdeg > 0 && self.rests(settings, setpoint) {
+        match settings.dead_band.is_on() && self.rests(settings, setpoint) {
             true => (self.control).follow_duty(control, Percent::ZERO, Percent::ZERO),
             false => self.control.regulate(control, setpoint),
         }
@@ -107,15 +107,12 @@ impl Application {
     /// Whether the shaft rests at the setpoint without duty.
     #[inline(never)]
     fn rests(&mut self, settings: Settings<'_>, setpoint: Setpoint) -> bool {
-        let control = &settings.board.control;
         let telemetry = &self.outputs.telemetry;
         // The command is still that of the last control period.
         let error = match setpoint {
-            Setpoint::Angle(angle) if angle == telemetry.command => Some(
-                control
-                    .reachable(angle)
-                    .saturating_sub(self.control.angle()),
-            ),
+            Setpoint::Angle(angle) if angle == telemetry.command => {
+                Some(angle.saturating_sub(self.control.angle()))
+            }
             _ => None,
         };
         let (duty, supply_mv) = (self.last_step.duty, telemetry.supply_mv);

@@ -28,7 +28,9 @@ pub(crate) fn may_retune(
             other.differs_in_control_only(present)
                 && other.control.has_mounting_of(&present.control)
         }
-        BoardState::QuickStop | BoardState::FaultReaction | BoardState::FaultHold => false,
+        BoardState::QuickStop | BoardState::FaultReaction | BoardState::FaultHold => {
+            other == present
+        }
         _ => true,
     };
     may_change.then_some(()).ok_or(Refused::NotWhileDriving)

@@ -189,7 +189,7 @@ impl Loop {
     fn apply(&mut self, parameters: &LoopParameters) -> bool {
         let present = &self.parameters.board;
         let application = &mut self.state.application;
-        if parameters.board != *present && application.retune(present, &parameters.board).is_err() {
+        if application.retune(present, &parameters.board).is_err() {
             return false;
         }
         self.parameters = *parameters;

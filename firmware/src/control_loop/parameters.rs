@@ -84,10 +84,7 @@ fn dead_band(values: &ObjectValues) -> DeadBandSettings {
     let model = &values.model;
     let amperes = model.coulomb_friction_nm / (model.torque_constant_nm_a * model.gear_ratio);
     let friction_mv = (1e3 * model.resistance_ohm * amperes).clamp(0.0, 33_000.0);
-    DeadBandSettings {
-        band_mdeg: values.tracking.dead_band_mdeg.into(),
-        friction_mv: friction_mv as i32,
-    }
+    DeadBandSettings::new(values.tracking.dead_band_mdeg, friction_mv as i32)
 }
 
 /// The reaction to the loss of the master, with the position as the axis counts it.

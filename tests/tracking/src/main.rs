@@ -249,7 +249,7 @@ Object 2013h adds to the loop of the paper, in shares of 0.1 %:
 All are 0 by default. They do not change the stability of the loop, whose margins stay; 2011h has to
 describe the motor. Here 1 and 2 are 1000 and 3 is 132: half a count of quantisation, and a count of
 noise. Cyclic targets need 60C2h:1 at their interval. The motor bounds the bandwidth: 2,150 deg/s^2 are
-3.3 Hz at 5 deg.
+3.9 Hz at 3.5 deg, which are -3 dB of 5 deg.
 
 Means of 10 drives with noise, friction, magnet and supply of their seeds, natively; the error is that of
 the shaft against the command at the same time, in moves by half a cosine of up to 157 deg/s.
