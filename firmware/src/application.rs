@@ -269,9 +269,10 @@ impl Application {
         &self.outputs
     }
 
-    /// The mean voltage of the motor that the demanded motion needs in this control period, mV.
-    pub(crate) fn demand_voltage(&mut self, voltage_mv: i32) {
-        self.feed_forward.demand(voltage_mv);
+    /// The rate of the command, mdeg/s, and the mean voltage that the motor needs for it, mV, in this
+    /// control period.
+    pub(crate) fn feed_forward(&mut self, rate_mdeg_s: i32, voltage_mv: i32) {
+        self.feed_forward.demand(rate_mdeg_s, voltage_mv);
     }
 
     /// The last step ended too late: its duty took effect one PWM period after it was due. That

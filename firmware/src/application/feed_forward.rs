@@ -1,4 +1,4 @@
-//! The duty that is fed forward: that of the voltage which the demanded motion needs.
+//! What is fed forward: the rate of the command, and the duty of the voltage which its motion needs.
 //!
 //! The present supply counts, so that the motion does not depend on it.
 
@@ -6,9 +6,10 @@ use model_core::control::units::Percent;
 
 use super::back_emf_brake::{duty_of, duty_of_units, units_of};
 
-/// The voltage that is demanded, and the duty that the regulator contains for it.
+/// The rate and the voltage that are demanded, and the duty that the regulator contains for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct FeedForward {
+    rate_mdeg_s: i32,
     voltage_mv: i32,
     /// In units of [`duty_of`]. `None` while the loops are open: their output includes no demand
     /// then, but what the motor needs at its present rate.
@@ -16,9 +17,15 @@ pub(super) struct FeedForward {
 }
 
 impl FeedForward {
-    /// Takes the mean voltage of the motor for this control period, mV.
-    pub fn demand(&mut self, voltage_mv: i32) {
-        self.voltage_mv = voltage_mv;
+    /// Takes the rate of the command, mdeg/s, and the mean voltage of the motor, mV, for this
+    /// control period.
+    pub fn demand(&mut self, rate_mdeg_s: i32, voltage_mv: i32) {
+        (self.rate_mdeg_s, self.voltage_mv) = (rate_mdeg_s, voltage_mv);
+    }
+
+    /// The rate of the command, mdeg/s. Without another demand the next one is 0.
+    pub fn rate_mdeg_s(&mut self) -> i32 {
+        core::mem::take(&mut self.rate_mdeg_s)
     }
 
     /// Whether a voltage is demanded, or was.
@@ -54,7 +61,7 @@ mod tests {
     fn each_change_of_demand_or_supply_is_fed_forward_once() {
         let mut forward = FeedForward::default();
         let mut at = |voltage_mv, supply_mv| {
-            forward.demand(voltage_mv);
+            forward.demand(0, voltage_mv);
             forward.change(supply_mv)
         };
         assert_eq!(at(0, 6000), Percent::ZERO);
@@ -70,10 +77,10 @@ mod tests {
     #[test]
     fn loops_that_are_closed_in_motion_contain_its_duty_already() {
         let mut forward = FeedForward::default();
-        forward.demand(3000);
+        forward.demand(0, 3000);
         assert_eq!(forward.change(6000), Percent::ZERO);
         forward.end();
-        forward.demand(-3000);
+        forward.demand(0, -3000);
         assert_eq!(forward.change(6000), Percent::ZERO);
     }
 }

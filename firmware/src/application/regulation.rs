@@ -98,9 +98,14 @@ impl Application {
             let change = self.feed_forward.change(supply_mv);
             self.control.feed_forward(change);
         }
-        match settings.dead_band.is_on() && self.rests(settings, setpoint) {
-            true => (self.control).follow_duty(control, Percent::ZERO, Percent::ZERO),
-            false => self.control.regulate(control, setpoint),
+        if settings.dead_band.is_on() && self.rests(settings, setpoint) {
+            return (self.control).follow_duty(control, Percent::ZERO, Percent::ZERO);
+        }
+        match (self.feed_forward.rate_mdeg_s(), setpoint) {
+            (0, _) | (_, Setpoint::Rate(_)) => self.control.regulate(control, setpoint),
+            (mdeg_s, Setpoint::Angle(angle)) => {
+                (self.control).track(control, angle, rate_of_mdeg_s(mdeg_s))
+            }
         }
     }
 

@@ -146,11 +146,8 @@ impl State {
             Demand::Off => self.power_off(&parameters.axis, output.state),
             Demand::Position { position, velocity } => {
                 let of_encoder = position.saturating_sub(output.origin);
-                let angle = angle_of_mdeg(of_encoder);
-                let setpoint = match self.feed_forward(gains, velocity, output) {
-                    0 => Setpoint::Angle(angle),
-                    rate => Setpoint::Moving(angle, rate_of_mdeg_s(rate)),
-                };
+                self.feed_forward(gains, velocity, output);
+                let setpoint = Setpoint::Angle(angle_of_mdeg(of_encoder));
                 self.command(output.state, Request::Command(setpoint));
             }
             Demand::Velocity(velocity) => {
@@ -168,34 +165,33 @@ impl State {
         }
     }
 
-    /// Feeds the voltage of a demanded velocity forward, and returns the rate that is added to that
-    /// of the position loop, mdeg/s.
+    /// Feeds a demanded velocity forward: as a rate that is added to that of the position loop, and
+    /// as the voltage that the motor needs.
     #[inline(always)]
-    fn feed_forward(&mut self, gains: &ForwardGains, mdeg_s: i32, output: &Output) -> i32 {
-        match gains.is_off() && self.command.velocity_offset_mdeg_s == 0 {
-            true => 0,
-            false => self.forward(gains, mdeg_s, output),
+    fn feed_forward(&mut self, gains: &ForwardGains, mdeg_s: i32, output: &Output) {
+        if !gains.is_off() || self.command.velocity_offset_mdeg_s != 0 {
+            self.forward(gains, mdeg_s, output);
         }
     }
 
-    /// The voltage acts while the commands of the mailbox are followed, and object 60B1h while the
-    /// axis follows the target of the cyclic synchronous position mode.
+    /// Both act while the commands of the mailbox are followed, and object 60B1h while the axis
+    /// follows the target of the cyclic synchronous position mode.
     #[inline(never)]
-    fn forward(&mut self, gains: &ForwardGains, mdeg_s: i32, output: &Output) -> i32 {
+    fn forward(&mut self, gains: &ForwardGains, mdeg_s: i32, output: &Output) {
         let is_cyclic = matches!(
             output.mode_display,
             Mode::CyclicPosition | Mode::CyclicVelocity | Mode::InterpolatedPosition
         );
         let voltage_mv = (self.demanded).next(gains, mdeg_s, is_cyclic);
-        if self.is_commanded() {
-            self.application.demand_voltage(voltage_mv);
-        }
         let follows_target = output.statusword & statusword::MODE_12 != 0;
         let offset_mdeg_s = match output.mode_display {
             Mode::CyclicPosition if follows_target => self.command.velocity_offset_mdeg_s,
             _ => 0,
         };
-        gains.velocity(mdeg_s).saturating_add(offset_mdeg_s)
+        if self.is_commanded() {
+            let rate_mdeg_s = gains.velocity(mdeg_s).saturating_add(offset_mdeg_s);
+            self.application.feed_forward(rate_mdeg_s, voltage_mv);
+        }
     }
 
     fn power_off(&mut self, axis: &AxisParameters, state: Cia402State) {

@@ -152,8 +152,6 @@ const fn rate_loop(p: &ControlParameters) -> RateLoop {
 pub enum Setpoint {
     /// Both loops, around this angle.
     Angle(Angle),
-    /// The same around an angle that moves: its rate is added to the commanded one.
-    Moving(Angle, Rate),
     /// The rate loop alone, around this rate.
     Rate(Rate),
 }
@@ -162,7 +160,7 @@ impl Setpoint {
     /// The angle around which the loops are closed; `None` around a rate.
     pub const fn angle(self) -> Option<Angle> {
         match self {
-            Self::Angle(angle) | Self::Moving(angle, _) => Some(angle),
+            Self::Angle(angle) => Some(angle),
             Self::Rate(_) => None,
         }
     }
@@ -264,6 +262,30 @@ impl CascadeState {
         self.close(coefficients, setpoint.into())
     }
 
+    /// Closes the loops once around an angle that moves at this rate: it is added to the commanded
+    /// one, within the same limits, but not beyond a position limit.
+    ///
+    /// ```
+    /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
+    /// use model_core::control::units::{angle, rate};
+    ///
+    /// let p = ControlParameters { position_max_deg: 10.0, ..Default::default() };
+    /// let gains = Coefficients::try_new(&p).unwrap();
+    /// let mut state = CascadeState::default();
+    /// state.observe(&gains, Some(EncoderCount::new(0)));
+    /// assert_eq!(state.track(&gains, angle(5.0), rate(60.0)).rate_command, rate(100.0));
+    /// assert_eq!(state.track(&gains, angle(11.0), rate(60.0)).rate_command, rate(80.0));
+    /// ```
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub fn track(&mut self, coefficients: &Coefficients, angle: Angle, rate: Rate) -> CascadeStep {
+        let position = &coefficients.position;
+        let command = position.follow_angle(angle, self.shaft.angle());
+        let command = position.with_rate(command, rate);
+        // A change of gains maintains the duty of this rate.
+        self.setpoint = Some(Setpoint::Rate(command.rate));
+        self.close_rate_loop(coefficients, command)
+    }
+
     /// Closes the rate loop around a rate to which neither position nor rate limits apply: the ramp
     /// of a stop, which starts at the measured rate. Limited to 2^17 deg/s.
     #[inline(always)]
@@ -286,8 +308,7 @@ impl CascadeState {
         self.setpoint = Some(setpoint);
         let position = &coefficients.position;
         let command = match setpoint {
-            Setpoint::Angle(angle) => position.follow_angle(angle, Rate::ZERO, self.shaft.angle()),
-            Setpoint::Moving(angle, rate) => position.follow_angle(angle, rate, self.shaft.angle()),
+            Setpoint::Angle(angle) => position.follow_angle(angle, self.shaft.angle()),
             Setpoint::Rate(rate) => position.follow_rate(rate, self.shaft.angle()),
         };
         self.close_rate_loop(coefficients, command)

@@ -206,8 +206,7 @@ impl<const N: usize> CascadeLanes<N> {
         }
         for (lane, command) in commands.iter().enumerate() {
             let position_loop = gains.position_loop::<VECTOR>(lane);
-            let command =
-                position_loop.follow_angle(*command, Rate::ZERO, states.shaft(lane).angle());
+            let command = position_loop.follow_angle(*command, states.shaft(lane).angle());
             rate_commands[lane] = command.rate;
         }
         for (lane, duty) in duty.iter_mut().enumerate() {

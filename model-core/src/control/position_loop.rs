@@ -36,22 +36,33 @@ pub struct RateCommand {
 }
 
 impl<const VECTOR: bool> PositionLoop<VECTOR> {
-    /// The commanded rate for a commanded and a measured angle; `forward` is the rate of the
-    /// command, within 2^22 deg/s, which does not act beyond a position limit.
+    /// The commanded rate for a commanded and a measured angle.
     #[inline(always)]
-    pub fn follow_angle(&self, command: Angle, forward: Rate, angle: Angle) -> RateCommand {
+    pub fn follow_angle(&self, command: Angle, angle: Angle) -> RateCommand {
         let mut target = command;
         let position_limited = limit(&mut target, self.min, self.max);
         // Both lie within 2^15 deg, so the error lies within 2^16 and P times it within 2^25.
         let mut rate = self.gain.times(target - angle);
-        if !position_limited {
-            rate += forward;
-        }
         let rate_limited = limit_between(&mut rate, self.rate_down, self.rate_up);
         RateCommand {
             rate,
             position_limited,
             rate_limited,
+        }
+    }
+
+    /// The commanded rate with the rate of the command, within 2^22 deg/s, which does not act beyond
+    /// a position limit.
+    pub fn with_rate(&self, command: RateCommand, forward: Rate) -> RateCommand {
+        if command.position_limited {
+            return command;
+        }
+        let mut rate = command.rate + forward;
+        let rate_limited = limit_between(&mut rate, self.rate_down, self.rate_up);
+        RateCommand {
+            rate,
+            rate_limited: rate_limited || command.rate_limited,
+            ..command
         }
     }
 
@@ -132,7 +143,8 @@ mod tests {
     fn the_rate_of_a_moving_angle_is_added_within_the_limits() {
         let position_loop = position_loop(8.0);
         let follow = |command, forward| {
-            position_loop.follow_angle(angle(command), rate(forward), angle(0.0))
+            let command = position_loop.follow_angle(angle(command), angle(0.0));
+            position_loop.with_rate(command, rate(forward))
         };
         assert_eq!(follow(5.0, 100.0).rate, rate(140.0));
         assert_eq!(follow(-5.0, 100.0).rate, rate(60.0));

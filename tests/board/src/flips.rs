@@ -6,7 +6,7 @@ use crate::program::firmware;
 
 /// Offset in the memory of the loop, and a bit, of the number of the control period in the first
 /// copy.
-const IN_FIRST_COPY: (u64, u32) = (0x1d8, 1);
+const IN_FIRST_COPY: (u64, u32) = (0x1d0, 1);
 
 /// Address and bit of the number of the control period in the first copy of the control loop.
 ///
