@@ -63,7 +63,7 @@ pub(super) const fn stands(back_emf_mv: i32) -> bool {
 pub(super) fn duty_of(mean_mv: i32, supply_mv: i32) -> Percent {
     // The legs are measured up to 16.5 V: 4 * 16,500 * 100 * 256 < 2^31.
     let steps = mean_mv * UNITS / supply_mv.max(1);
-    duty_of_units(steps.max(-UNITS).min(UNITS))
+    duty_of_units(steps.clamp(-UNITS, UNITS))
 }
 
 /// 100 % in units of [`duty_of`].

@@ -79,7 +79,7 @@ struct Sample {
 fn follow(drive: &mut Drive, spacing: u32, mut command: impl FnMut(f64) -> f64) -> Vec<Sample> {
     let period = |number: u32| {
         let command_deg = command(f64::from(number) * PERIOD_S);
-        if number % spacing == 0 {
+        if number.is_multiple_of(spacing) {
             drive.target(command_deg);
         }
         let (duty_pct, angle_deg) = drive.step();
