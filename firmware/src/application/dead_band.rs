@@ -36,7 +36,8 @@ impl DeadBandSettings {
     /// torque of the Coulomb friction, 33 V at most.
     pub fn new(band_mdeg: u16, friction_mv: i32) -> Self {
         Self {
-            band: fine(angle_of_mdeg(band_mdeg.into())),
+            // Below 2^7 deg.
+            band: (angle_of_mdeg(band_mdeg.into()).to_bits() >> 16) as i32,
             friction: friction_mv * UNITS,
         }
     }
@@ -45,11 +46,6 @@ impl DeadBandSettings {
     pub(super) fn is_on(&self) -> bool {
         self.band > 0
     }
-}
-
-/// An angle within 2^15 deg in 2^-16 deg.
-fn fine(angle: Angle) -> i32 {
-    (angle.to_bits() >> 16) as i32
 }
 
 /// How long the shaft has been within the band of the same angle.
@@ -75,7 +71,8 @@ impl DeadBand {
             true => 2 * settings.band,
             false => settings.band,
         };
-        let is_near = error.is_some_and(|error| fine(error.abs()) <= edge);
+        let edge = Angle::from_bits(i64::from(edge) << 16);
+        let is_near = error.is_some_and(|error| error.abs() <= edge);
         if !is_near {
             *self = Self {
                 settled: 0,

@@ -93,7 +93,12 @@ impl Application {
     #[inline(always)]
     fn follow_setpoint(&mut self, settings: Settings<'_>, setpoint: Setpoint) -> CascadeStep {
         let control = &settings.board.control;
+        let mdeg_s = self.feed_forward.rate_mdeg_s();
         if self.feed_forward.is_active() {
+            // At a position limit of the loop the shaft stands, whatever the axis demands.
+            if self.last_step.limits.position {
+                self.feed_forward.demand(0, 0);
+            }
             let supply_mv = self.outputs.telemetry.supply_mv;
             let change = self.feed_forward.change(supply_mv);
             self.control.feed_forward(change);
@@ -101,7 +106,7 @@ impl Application {
         if settings.dead_band.is_on() && self.rests(settings, setpoint) {
             return (self.control).follow_duty(control, Percent::ZERO, Percent::ZERO);
         }
-        match (self.feed_forward.rate_mdeg_s(), setpoint) {
+        match (mdeg_s, setpoint) {
             (0, _) | (_, Setpoint::Rate(_)) => self.control.regulate(control, setpoint),
             (mdeg_s, Setpoint::Angle(angle)) => {
                 (self.control).track(control, angle, rate_of_mdeg_s(mdeg_s))
@@ -112,12 +117,15 @@ impl Application {
     /// Whether the shaft rests at the setpoint without duty.
     #[inline(never)]
     fn rests(&mut self, settings: Settings<'_>, setpoint: Setpoint) -> bool {
+        let control = &settings.board.control;
         let telemetry = &self.outputs.telemetry;
         // The command is still that of the last control period.
         let error = match setpoint {
-            Setpoint::Angle(angle) if angle == telemetry.command => {
-                Some(angle.saturating_sub(self.control.angle()))
-            }
+            Setpoint::Angle(angle) if angle == telemetry.command => Some(
+                control
+                    .reachable(angle)
+                    .saturating_sub(self.control.angle()),
+            ),
             _ => None,
         };
         let (duty, supply_mv) = (self.last_step.duty, telemetry.supply_mv);

@@ -28,9 +28,7 @@ pub(crate) fn may_retune(
             other.differs_in_control_only(present)
                 && other.control.has_mounting_of(&present.control)
         }
-        BoardState::QuickStop | BoardState::FaultReaction | BoardState::FaultHold => {
-            other == present
-        }
+        BoardState::QuickStop | BoardState::FaultReaction | BoardState::FaultHold => false,
         _ => true,
     };
     may_change.then_some(()).ok_or(Refused::NotWhileDriving)

@@ -9,8 +9,9 @@
 //! u = N k w + R/(N k) (J a + b w + c sign(w))
 //! ```
 //!
-//! Its shares, object 2013h, are 0 by default: the loop of the paper. It does not change the
-//! stability of the loop, since it depends on the demand alone.
+//! Its shares, object 2013h, are 0 by default: the loop of the paper. Without power they change, as
+//! does the motor of 2011h here. It depends on the demand and the supply alone: at a stiff supply it
+//! does not change the stability of the loop.
 //!
 //! Targets that come every `n` control periods make a demand of straight lines, whose acceleration
 //! is 0 but where two of them meet. A filter of the first order with `n` control periods spreads it
@@ -82,10 +83,11 @@ impl ForwardGains {
     }
 }
 
-/// The demand of the last control period.
+/// The demand of the last control period; none by default. The first velocity has no acceleration:
+/// the motor may have it already.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Demanded {
-    velocity_mdeg_s: i32,
+    velocity_mdeg_s: Option<i32>,
     /// Mean change of the velocity in a control period, mdeg/s.
     acceleration: Single,
 }
@@ -97,14 +99,14 @@ impl Demanded {
             return 0;
         }
         let velocity = velocity_mdeg_s as f32;
-        let change = velocity - self.velocity_mdeg_s as f32;
+        let change = velocity - self.velocity_mdeg_s.unwrap_or(velocity_mdeg_s) as f32;
         let before = self.acceleration.get();
         let acceleration = match is_cyclic {
             true => before + (change - before) * gains.spread.get(),
             false => change,
         };
         *self = Self {
-            velocity_mdeg_s,
+            velocity_mdeg_s: Some(velocity_mdeg_s),
             acceleration: Single::new(acceleration),
         };
         let direction = (velocity / FULL_FRICTION).clamp(-1.0, 1.0);
@@ -130,6 +132,7 @@ mod tests {
     /// The voltages of these velocities, mdeg/s, with the whole model.
     fn voltages<const N: usize>(velocities: [i32; N], is_cyclic: bool) -> [i32; N] {
         let (gains, mut demanded) = (gains(0, 1000), Demanded::default());
+        demanded.next(&gains, 0, is_cyclic);
         velocities.map(|velocity| demanded.next(&gains, velocity, is_cyclic))
     }
 
@@ -159,6 +162,12 @@ mod tests {
         // A fifth of the friction.
         assert_eq!(voltages([1_000, 1_000], false)[1], 60);
         assert_eq!(voltages([0, 0, i32::MAX], false), [0, 0, 33_000]);
+    }
+
+    #[test]
+    fn the_first_velocity_has_no_acceleration() {
+        let voltage_mv = Demanded::default().next(&gains(0, 1000), 90_000, false);
+        assert_eq!(voltage_mv, 2039);
     }
 
     #[test]

@@ -180,6 +180,9 @@ impl Loop {
         if parameters.number != self.state.taken().parameters && self.apply(parameters) {
             self.state.taken_mut().parameters = parameters.number;
         }
+        if !self.state.application.state().is_driving() {
+            self.parameters.forward = parameters.forward;
+        }
         if excitation.number != self.state.taken().excitation {
             self.state.take_excitation(excitation);
         }
@@ -189,10 +192,15 @@ impl Loop {
     fn apply(&mut self, parameters: &LoopParameters) -> bool {
         let present = &self.parameters.board;
         let application = &mut self.state.application;
-        if application.retune(present, &parameters.board).is_err() {
+        if parameters.board != *present && application.retune(present, &parameters.board).is_err() {
             return false;
         }
+        let forward = self.parameters.forward;
         self.parameters = *parameters;
+        if application.state().is_driving() {
+            // The duty of a driven motor does not jump.
+            self.parameters.forward = forward;
+        }
         true
     }
 }

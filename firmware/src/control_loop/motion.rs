@@ -8,7 +8,11 @@ use canopen::cia402::{
 
 use model_core::control::cascade::Setpoint;
 
-use super::{LoopParameters, State, Written, failsafe::Reaction, feed_forward::ForwardGains};
+use super::{
+    LoopParameters, State, Written,
+    failsafe::Reaction,
+    feed_forward::{Demanded, ForwardGains},
+};
 use crate::{
     application::{BoardState, CommandSource, Refused, Request, TorqueSetpoint},
     faults::{Fault, FaultSet},
@@ -142,16 +146,22 @@ impl State {
     /// Requests from the application what the axis demands.
     pub(super) fn apply_demand(&mut self, parameters: &LoopParameters, output: &Output) {
         let gains = &parameters.forward;
+        if !gains.is_off() {
+            match output.demand {
+                Demand::Position { velocity, .. } | Demand::Velocity(velocity) => {
+                    self.feed_forward(gains, velocity, output.mode_display);
+                }
+                Demand::Off | Demand::Torque { .. } => self.demanded = Demanded::default(),
+            }
+        }
         match output.demand {
             Demand::Off => self.power_off(&parameters.axis, output.state),
-            Demand::Position { position, velocity } => {
+            Demand::Position { position, .. } => {
                 let of_encoder = position.saturating_sub(output.origin);
-                self.feed_forward(gains, velocity, output);
                 let setpoint = Setpoint::Angle(angle_of_mdeg(of_encoder));
                 self.command(output.state, Request::Command(setpoint));
             }
             Demand::Velocity(velocity) => {
-                self.feed_forward(gains, velocity, output);
                 let setpoint = Setpoint::Rate(rate_of_mdeg_s(velocity));
                 self.command(output.state, Request::Command(setpoint));
             }
@@ -165,31 +175,17 @@ impl State {
         }
     }
 
-    /// Feeds a demanded velocity forward: as a rate that is added to that of the position loop, and
-    /// as the voltage that the motor needs.
-    #[inline(always)]
-    fn feed_forward(&mut self, gains: &ForwardGains, mdeg_s: i32, output: &Output) {
-        if !gains.is_off() || self.command.velocity_offset_mdeg_s != 0 {
-            self.forward(gains, mdeg_s, output);
-        }
-    }
-
-    /// Both act while the commands of the mailbox are followed, and object 60B1h while the axis
-    /// follows the target of the cyclic synchronous position mode.
+    /// Feeds a demanded velocity forward while the commands of the mailbox are followed: as a rate
+    /// that is added to that of the position loop, and as the voltage that the motor needs.
     #[inline(never)]
-    fn forward(&mut self, gains: &ForwardGains, mdeg_s: i32, output: &Output) {
+    fn feed_forward(&mut self, gains: &ForwardGains, mdeg_s: i32, mode: Mode) {
         let is_cyclic = matches!(
-            output.mode_display,
+            mode,
             Mode::CyclicPosition | Mode::CyclicVelocity | Mode::InterpolatedPosition
         );
         let voltage_mv = (self.demanded).next(gains, mdeg_s, is_cyclic);
-        let follows_target = output.statusword & statusword::MODE_12 != 0;
-        let offset_mdeg_s = match output.mode_display {
-            Mode::CyclicPosition if follows_target => self.command.velocity_offset_mdeg_s,
-            _ => 0,
-        };
         if self.is_commanded() {
-            let rate_mdeg_s = gains.velocity(mdeg_s).saturating_add(offset_mdeg_s);
+            let rate_mdeg_s = gains.velocity(mdeg_s);
             self.application.feed_forward(rate_mdeg_s, voltage_mv);
         }
     }

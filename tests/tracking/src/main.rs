@@ -246,7 +246,7 @@ Object 2013h adds to the loop of the paper, in shares of 0.1 %:
 - 2: the voltage that the motor of 2011h needs for the demand, at the present supply, to the duty;
 - 3: a dead band (mdeg) within which an unloaded shaft at rest gets no duty.
 
-All are 0 by default. They do not change the stability of the loop, whose margins stay; 2011h has to
+All are 0 by default. At a stiff supply they do not change the margins of the loop; 2011h has to
 describe the motor. Here 1 and 2 are 1000 and 3 is 132: half a count of quantisation, and a count of
 noise. Cyclic targets need 60C2h:1 at their interval. The motor bounds the bandwidth: 2,150 deg/s^2 are
 3.9 Hz at 3.5 deg, which are -3 dB of 5 deg.

@@ -1,4 +1,4 @@
-//! Object 2013h, and 60B1h in cyclic synchronous position mode.
+//! Object 2013h.
 
 use canopen::Abort;
 
@@ -8,12 +8,11 @@ use super::*;
 const COUNT_MDEG: i32 = 88;
 
 /// The following error 0.8 s after the start of a ramp of 50 deg/s by a target in each control
-/// period, mdeg, with these shares of feed-forward and this velocity offset.
-fn lag_mdeg(velocity_permille: u32, model_permille: u32, offset_mdeg_s: u32) -> i32 {
+/// period, mdeg, with these shares of feed-forward.
+fn lag_mdeg(velocity_permille: u32, model_permille: u32) -> i32 {
     let mut bench = Bench::new();
     bench.set(0x6060, 0, 8, 1);
     bench.set(0x60C2, 1, 4, 1);
-    bench.set(0x60B1, 0, offset_mdeg_s, 4);
     bench.set(0x2013, 1, velocity_permille, 2);
     bench.set(0x2013, 2, model_permille, 2);
     bench.enable();
@@ -29,12 +28,11 @@ fn lag_mdeg(velocity_permille: u32, model_permille: u32, offset_mdeg_s: u32) -> 
 fn the_lag_of_the_position_loop_vanishes_with_the_velocity_feed_forward() {
     // 50 deg/s over the gain of 8.
     let (lag, two_counts) = (6250, 2 * COUNT_MDEG);
-    assert!((lag_mdeg(0, 0, 0) - lag).abs() <= two_counts);
-    assert!((lag_mdeg(500, 0, 0) - lag / 2).abs() <= two_counts);
+    assert!((lag_mdeg(0, 0) - lag).abs() <= two_counts);
+    assert!((lag_mdeg(500, 0) - lag / 2).abs() <= two_counts);
     // The demand of a control period is reached at its end at the earliest: 200 mdeg.
-    assert!((lag_mdeg(1000, 0, 0)).abs() <= 200 + two_counts);
-    assert!((lag_mdeg(1000, 1000, 0)).abs() <= 200 + two_counts);
-    assert!((lag_mdeg(0, 0, 50_000)).abs() <= 200 + two_counts);
+    assert!((lag_mdeg(1000, 0)).abs() <= 200 + two_counts);
+    assert!((lag_mdeg(1000, 1000)).abs() <= 200 + two_counts);
 }
 
 #[test]
@@ -47,5 +45,48 @@ fn feed_forward_does_not_change_while_the_shaft_is_driven() {
     bench.control(6);
     for sub in 1..=3 {
         assert_eq!(bench.try_set(0x2013, sub, 100, 2), Ok(()), "{sub}");
+    }
+}
+
+#[test]
+fn a_shaft_that_is_enabled_after_a_motion_does_not_move() {
+    let mut bench = Bench::new();
+    bench.set(0x2040, 1, 0, 4);
+    bench.set(0x6060, 0, 3, 1);
+    bench.set(0x2013, 1, 1000, 2);
+    bench.set(0x2013, 2, 1000, 2);
+    bench.enable();
+    bench.set(0x60FF, 0, 90_000, 4);
+    bench.steps(100);
+    // Power ends in the motion.
+    bench.control(0);
+    bench.steps(500);
+    let start = bench.angle_mdeg();
+    bench.set(0x60FF, 0, 0, 4);
+    bench.enable();
+    for _ in 0..50 {
+        let outputs = bench.step();
+        assert!(
+            outputs.telemetry.duty.to_f64().abs() < 15.0,
+            "noise of a count"
+        );
+        assert!((bench.angle_mdeg() - start).abs() <= 2 * COUNT_MDEG);
+    }
+}
+
+#[test]
+fn another_motor_of_2011h_is_fed_forward_after_power_has_ended() {
+    let mut bench = Bench::new();
+    bench.set(0x2040, 1, 0, 4);
+    bench.set(0x6060, 0, 3, 1);
+    bench.set(0x2013, 2, 1000, 2);
+    bench.enable();
+    bench.set(0x60FF, 0, 50_000, 4);
+    bench.steps(100);
+    let before = bench.step().telemetry.duty.to_f64();
+    bench.set_real(0x2011, 3, 2000.0);
+    for _ in 0..10 {
+        let duty = bench.step().telemetry.duty.to_f64();
+        assert!((duty - before).abs() < 15.0, "{before} to {duty} %");
     }
 }
