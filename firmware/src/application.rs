@@ -269,8 +269,8 @@ impl Application {
         &self.outputs
     }
 
-    /// The rate of the command, mdeg/s, and the mean voltage that the motor needs for it, mV, in this
-    /// control period.
+    /// The rate of the command, mdeg/s, and the mean voltage that the motor needs for it, mV, in
+    /// this control period.
     pub(crate) fn feed_forward(&mut self, rate_mdeg_s: i32, voltage_mv: i32) {
         self.feed_forward.demand(rate_mdeg_s, voltage_mv);
     }

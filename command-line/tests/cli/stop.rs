@@ -96,8 +96,8 @@ fn an_interrupted_commissioning_stops_the_shaft_and_restores_the_objects() {
     ];
     let before = objects.map(|object| served.text(object));
     let mut program = spawn(&served, "commission --range -45 45");
-    // It is in its runs, which begin after 5 s and end after 18 s, with all objects changed. Another
-    // client of the one SDO server of the actuator would end the upload of a recording.
+    // It is in its runs, which begin after 5 s and end after 18 s, with all objects changed.
+    // Another client of the one SDO server of the actuator would end the upload of a recording.
     thread::sleep(Duration::from_secs(8));
     assert!(program.try_wait().expect("a state").is_none());
     let pid = program.id().to_string();

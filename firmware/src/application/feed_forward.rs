@@ -1,4 +1,5 @@
-//! What is fed forward: the rate of the command, and the duty of the voltage which its motion needs.
+//! What is fed forward: the rate of the command, and the duty of the voltage which its motion
+//! needs.
 //!
 //! The present supply counts, so that the motion does not depend on it.
 

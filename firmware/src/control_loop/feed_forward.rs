@@ -10,8 +10,8 @@
 //! ```
 //!
 //! Its shares, object 2013h, are 0 by default: the loop of the paper. Without power they change, as
-//! does the motor of 2011h here. It depends on the demand and the supply alone: at a stiff supply it
-//! does not change the stability of the loop.
+//! does the motor of 2011h here. It depends on the demand and the supply alone: at a stiff supply
+//! it does not change the stability of the loop.
 //!
 //! Targets that come every `n` control periods make a demand of straight lines, whose acceleration
 //! is 0 but where two of them meet. A filter of the first order with `n` control periods spreads it

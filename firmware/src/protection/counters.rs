@@ -1,7 +1,7 @@
 //! The leaky counters of the protections, by name.
 //!
-//! The outputs of the control loop have room for one of them, and report another one in each control
-//! period; all of them take 13 control periods, 52 ms.
+//! The outputs of the control loop have room for one of them, and report another one in each
+//! control period; all of them take 13 control periods, 52 ms.
 
 use super::Protection;
 

@@ -30,8 +30,8 @@ const LONGEST_MDEG: i64 = 360_000;
 /// overshoot of the position loop must not meet the stop.
 const MARGIN_MDEG: i64 = 3_000;
 
-/// Least range of the steps that follow, mdeg: a pulse needs 15 deg on both sides, and a run room for
-/// its settling.
+/// Least range of the steps that follow, mdeg: a pulse needs 15 deg on both sides, and a run needs
+/// room to settle.
 pub const LEAST_MDEG: i32 = 40_000;
 
 /// The range within the stops.

@@ -402,8 +402,8 @@ impl CascadeState {
         }
     }
 
-    /// Adds the change of a duty that is fed forward: it acts in the next step, and from then on, as
-    /// if it was added to the output of the rate loop.
+    /// Adds the change of a duty that is fed forward: it acts in the next step, and from then on,
+    /// as if it was added to the output of the rate loop.
     ///
     /// ```
     /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};

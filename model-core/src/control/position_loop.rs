@@ -51,8 +51,8 @@ impl<const VECTOR: bool> PositionLoop<VECTOR> {
         }
     }
 
-    /// The commanded rate with the rate of the command, within 2^22 deg/s, which does not act beyond
-    /// a position limit.
+    /// The commanded rate with the rate of the command, within 2^22 deg/s, which does not act
+    /// beyond a position limit.
     pub fn with_rate(&self, command: RateCommand, forward: Rate) -> RateCommand {
         if command.position_limited {
             return command;
