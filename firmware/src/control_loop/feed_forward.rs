@@ -9,15 +9,17 @@
 //! u = N k w + R/(N k) (J a + b w + c sign(w))
 //! ```
 //!
-//! Its shares, object 2013h, are 0 by default: the loop of the paper. Without power they change, as
-//! does the motor of 2011h here. It depends on the demand and the supply alone: at a stiff supply
+//! Its shares, object 2013h, are 0 by default: the loop of the paper. While the motor is
+//! driven neither they nor the motor of 2011h can be changed. It depends on the demand and the supply alone: at a stiff supply
 //! it does not change the stability of the loop.
 //!
 //! Targets that come every `n` control periods make a demand of straight lines, whose acceleration
 //! is 0 but where two of them meet. A filter of the first order with `n` control periods spreads it
 //! until the next one.
 
-use crate::{measure::Single, parameters::ObjectValues, timing::CONTROL_PERIOD_MS};
+use crate::{
+    application::BoardState, measure::Single, parameters::ObjectValues, timing::CONTROL_PERIOD_MS,
+};
 
 /// Radians per thousandth of a degree.
 const RAD: f32 = core::f32::consts::PI / 180_000.0;
@@ -32,8 +34,8 @@ const GREATEST_MV: f32 = 33_000.0;
 /// 1 in 2^-10.
 const ONE: f32 = 1024.0;
 
-/// What is fed forward.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// What is fed forward; nothing by default, whatever the motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub struct ForwardGains {
     /// Share of the demanded velocity, in 2^-10.
     share: i32,
@@ -48,8 +50,11 @@ pub struct ForwardGains {
 
 impl ForwardGains {
     /// Those of these values.
-    pub(super) fn of(values: &ObjectValues) -> Self {
+    pub(crate) fn of(values: &ObjectValues) -> Self {
         let (model, forward) = (&values.model, &values.tracking);
+        if forward.velocity_permille == 0 && forward.model_permille == 0 {
+            return Self::default();
+        }
         let v_s_rad = model.torque_constant_nm_a * model.gear_ratio;
         let share = forward.model_permille as f32 * 1e-3;
         // mV per N m at the output.
@@ -66,6 +71,11 @@ impl ForwardGains {
             friction_mv: Single::new(mv_nm * model.coulomb_friction_nm),
             spread: Single::new(if spread < 1.0 { spread } else { 1.0 }),
         }
+    }
+
+    /// Whether these may replace others in this state: the duty of a driven motor does not jump.
+    pub(crate) fn may_change(&self, state: BoardState, other: &Self) -> bool {
+        !state.is_driving() || self == other
     }
 
     /// Whether the shares are 0.

@@ -24,6 +24,7 @@ mod parameters;
 
 use canopen::cia402::{Axis, Cia402State, Mode};
 
+pub(crate) use self::feed_forward::ForwardGains;
 pub use self::{
     commands::{Command, Commands, ExcitationRequest, Numbered},
     parameters::LoopParameters,
@@ -180,9 +181,6 @@ impl Loop {
         if parameters.number != self.state.taken().parameters && self.apply(parameters) {
             self.state.taken_mut().parameters = parameters.number;
         }
-        if !self.state.application.state().is_driving() {
-            self.parameters.forward = parameters.forward;
-        }
         if excitation.number != self.state.taken().excitation {
             self.state.take_excitation(excitation);
         }
@@ -192,15 +190,13 @@ impl Loop {
     fn apply(&mut self, parameters: &LoopParameters) -> bool {
         let present = &self.parameters.board;
         let application = &mut self.state.application;
+        if !(self.parameters.forward).may_change(application.state(), &parameters.forward) {
+            return false;
+        }
         if parameters.board != *present && application.retune(present, &parameters.board).is_err() {
             return false;
         }
-        let forward = self.parameters.forward;
         self.parameters = *parameters;
-        if application.state().is_driving() {
-            // The duty of a driven motor does not jump.
-            self.parameters.forward = forward;
-        }
         true
     }
 }

@@ -10,7 +10,7 @@ use canopen::{Abort, BitRate, Event, NmtState, NodeId, ParameterGroup, Reset};
 use super::{Drive, commands::is_signal, measured::real, store::StoreClient};
 use crate::{
     application::{Refused, may_retune},
-    control_loop::LoopParameters,
+    control_loop::{ForwardGains, LoopParameters},
     dictionary::{Location, location},
     parameters::{BoardParameters, ObjectValue, Parameter},
 };
@@ -67,6 +67,10 @@ impl Drive<'_> {
         values.set_word(value, word);
         // The server has checked ranges and relations of two objects; this, lists of values.
         values.check().map_err(|_| Abort::Value)?;
+        let forward = &self.messages.parameters.unverified().forward;
+        if !forward.may_change(self.outputs.state, &ForwardGains::of(&values)) {
+            return Err(Abort::DeviceState);
+        }
         self.values = values;
         if value == ObjectValue::Password {
             self.service.password_set();

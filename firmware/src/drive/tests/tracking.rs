@@ -75,18 +75,16 @@ fn a_shaft_that_is_enabled_after_a_motion_does_not_move() {
 }
 
 #[test]
-fn another_motor_of_2011h_is_fed_forward_after_power_has_ended() {
-    let mut bench = Bench::new();
-    bench.set(0x2040, 1, 0, 4);
-    bench.set(0x6060, 0, 3, 1);
-    bench.set(0x2013, 2, 1000, 2);
-    bench.enable();
-    bench.set(0x60FF, 0, 50_000, 4);
-    bench.steps(100);
-    let before = bench.step().telemetry.duty.to_f64();
-    bench.set_real(0x2011, 3, 2000.0);
-    for _ in 0..10 {
-        let duty = bench.step().telemetry.duty.to_f64();
-        assert!((duty - before).abs() < 15.0, "{before} to {duty} %");
+fn a_motor_that_is_fed_forward_does_not_change_while_it_is_driven() {
+    let refused = Err(Abort::DeviceState.code());
+    for (permille, expected) in [(0, Ok(())), (1000, refused)] {
+        let mut bench = Bench::new();
+        bench.set(0x2013, 2, permille, 2);
+        bench.enable();
+        let gears = 300.0_f32.to_bits();
+        assert_eq!(bench.try_set(0x2011, 3, gears, 4), expected, "{permille}");
+        assert_eq!(bench.try_set(0x60C2, 1, 40, 1), expected, "{permille}");
+        bench.control(6);
+        assert_eq!(bench.try_set(0x2011, 3, gears, 4), Ok(()));
     }
 }
