@@ -55,7 +55,7 @@ use self::{
 };
 use crate::{
     command::SetpointSource,
-    faults::{ALWAYS, Fault, FaultLog, FaultSet, OF_COMMANDS, PERMANENT, Reaction},
+    faults::{ALWAYS, Fault, FaultSet, LatchedFaults, OF_COMMANDS, PERMANENT, Reaction},
     measure::Single,
     parameters::{BoardParameters, StopSettings},
     protection::{Conditions, Counter, Measured, Protection, Winding},
@@ -133,7 +133,7 @@ pub struct Application {
     current_limit: CurrentLimit,
     feed_forward: FeedForward,
     dead_band: DeadBand,
-    log: FaultLog,
+    latched: LatchedFaults,
     start: FaultSet,
     is_late: bool,
     /// The last outputs.
@@ -150,7 +150,7 @@ impl Application {
     /// let start = Start { watchdog: true, ..Start::default() };
     /// let application = Application::new(&BoardParameters::DEFAULT, start);
     /// assert_eq!(application.state(), BoardState::Initialising);
-    /// assert!(application.faults().latched().is_empty());
+    /// assert!(application.latched().all().is_empty());
     /// ```
     pub fn new(parameters: &BoardParameters, start: Start) -> Self {
         Self::reporting(Taken::default(), parameters, start)
@@ -173,7 +173,7 @@ impl Application {
             current_limit: CurrentLimit::default(),
             feed_forward: FeedForward::default(),
             dead_band: DeadBand::default(),
-            log: FaultLog::default(),
+            latched: LatchedFaults::default(),
             start: start.faults(),
             is_late: false,
             outputs: no_outputs(taken),
@@ -200,9 +200,9 @@ impl Application {
         self.state
     }
 
-    /// The latched faults and their history.
-    pub fn faults(&self) -> &FaultLog {
-        &self.log
+    /// The latched faults.
+    pub fn latched(&self) -> &LatchedFaults {
+        &self.latched
     }
 
     /// The outputs of the last control period.
@@ -398,8 +398,8 @@ impl Application {
     }
 
     fn latch(&mut self, parameters: &BoardParameters, faults: FaultSet) {
-        for fault in faults.without(self.log.latched()).iter() {
-            self.log.latch(fault, self.outputs.telemetry.tick);
+        for fault in faults.without(self.latched.all()).iter() {
+            self.latched.latch(fault);
             match (reaction(parameters, fault), self.state) {
                 (Reaction::QuickStop, BoardState::Enabled) => self.stop(BoardState::FaultReaction),
                 // The ramp has ended: the shaft is held, or a load turns it.
@@ -425,7 +425,7 @@ impl Application {
     fn report(&mut self, parameters: &BoardParameters) {
         self.outputs.bridge = self.bridge(parameters);
         self.outputs.state = self.state;
-        self.outputs.fault = self.log.first().map(|record| record.fault);
+        self.outputs.fault = self.latched.first();
         let t = &mut self.outputs.telemetry;
         t.angle = self.control.angle();
         t.rate = self.control.rate();
@@ -439,7 +439,7 @@ impl Application {
         t.source = self.setpoints.source();
         t.selected_source = self.setpoints.selected();
         t.velocity_mdeg_s = self.velocity.mdeg_s();
-        t.latched = self.log.latched();
+        t.latched = self.latched.all();
     }
 }
 

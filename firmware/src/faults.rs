@@ -1,13 +1,13 @@
 //! Faults: numbers, latching and acknowledgement, conditions and reactions.
 
-mod log;
+mod latched;
 mod remedy;
 mod set;
 mod table;
 #[cfg(test)]
 mod tests;
 
-pub use log::{FaultLog, FaultRecord, HISTORY};
+pub use latched::LatchedFaults;
 pub use set::FaultSet;
 pub use table::{
     ALWAYS, FaultDescription, HOLDABLE, OF_COMMANDS, PERMANENT, Reaction, TABLE, Watched,

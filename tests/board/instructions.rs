@@ -74,13 +74,13 @@ fn worst<S>(finished: &Finished<S>, is_counted: impl Fn(u64) -> bool) -> u64 {
 
 /// Instructions of the loop in a control period, at most: both copies and the comparison, PWM edges
 /// and sampling instants; 47 us of the 4 ms at 168 MHz.
-const MOST_INSTRUCTIONS: u64 = 7_950;
+const MOST_INSTRUCTIONS: u64 = 7_900;
 
 /// Instructions of control step and comparison.
-const MOST_IN_BOTH_COPIES: u64 = 7_600;
+const MOST_IN_BOTH_COPIES: u64 = 7_500;
 
 /// Mean of the instructions of all handlers in a control period.
-const MEAN_INSTRUCTIONS: u64 = 16_650;
+const MEAN_INSTRUCTIONS: u64 = 16_600;
 
 /// Reads the longest step as the board itself measures it.
 struct OwnCount<F> {

@@ -224,7 +224,7 @@ impl Application {
 
     /// The shaft is held where it has come to rest, if all faults permit it.
     fn after_the_stop(&self, parameters: &BoardParameters) -> BoardState {
-        let others = (self.log.latched()).without(parameters.holding_faults());
+        let others = (self.latched.all()).without(parameters.holding_faults());
         match self.stopping.holds_at() {
             Some(_) if others.is_empty() => BoardState::FaultHold,
             _ => BoardState::Fault,
@@ -270,7 +270,7 @@ impl Application {
         let faults = match self.state {
             BoardState::Initialising if self.start.is_empty() => AFTER_A_RESET,
             BoardState::Initialising => self.start,
-            BoardState::Fault => self.log.latched(),
+            BoardState::Fault => self.latched.all(),
             _ => FaultSet::EMPTY,
         };
         let is_unsafe = self.outputs.telemetry.present.contains(Fault::OverCurrent);

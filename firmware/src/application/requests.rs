@@ -168,7 +168,7 @@ impl Application {
     pub(super) fn stop(&mut self, state: BoardState) {
         // A stalled shaft stands, whatever is commanded and whatever a count that flickers at its
         // edge makes of its rate: the duty that holds the load stays.
-        let is_stalled = self.log.latched().contains(Fault::Stall);
+        let is_stalled = self.latched.all().contains(Fault::Stall);
         self.stopping = match is_stalled {
             true => Stopping::from(Rate::ZERO, Rate::ZERO),
             false => Stopping::from(self.control.rate(), self.last_step.rate_command),
@@ -183,10 +183,10 @@ impl Application {
     }
 
     fn acknowledge(&mut self) {
-        if !self.log.latched().and(POSITION_WRONG).is_empty() {
+        if !self.latched.all().and(POSITION_WRONG).is_empty() {
             self.control.reset_position();
         }
-        self.log.acknowledge();
+        self.latched.acknowledge();
         self.start = self.start.and(PERMANENT);
         self.state = BoardState::Disabled;
     }

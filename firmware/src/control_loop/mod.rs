@@ -305,13 +305,14 @@ impl State {
             let next = self.taken().command.wrapping_add(1);
             self.taken_mut().command = next;
         }
-        let command = *commands.at(self.taken().command);
-        let before = core::mem::replace(&mut self.command, command);
+        let command = commands.at(self.taken().command);
+        let before = &self.command;
         let written = Written {
             position: command.position_writes != before.position_writes,
             velocity: command.velocity_writes != before.velocity_writes,
             torque: command.torque_writes != before.torque_writes,
         };
+        self.command = *command;
         if written.of_cyclic_mode(command.mode) {
             self.failsafe.commanded();
         }
@@ -328,7 +329,7 @@ impl State {
 
     /// All latched faults, of the application and of the commands.
     fn latched(&self) -> FaultSet {
-        self.application.faults().latched().or(self.command_faults)
+        self.application.latched().all().or(self.command_faults)
     }
 
     /// Whether the commands of the mailbox are followed at present.
