@@ -52,6 +52,7 @@ pub mod control_loop;
 pub mod dictionary;
 pub mod drive;
 pub mod faults;
+pub mod health;
 pub mod integrity;
 pub mod interface;
 pub mod measure;

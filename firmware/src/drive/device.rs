@@ -8,6 +8,7 @@ use super::{Drive, StoredParameters, emergency};
 use crate::{
     application::{BusState, Outputs},
     dictionary::DICTIONARY,
+    health::Warning,
 };
 
 /// RPDOs of the dictionary.
@@ -32,6 +33,8 @@ pub struct Device<'a> {
     worst_bus: Option<BusState>,
     /// The statusword of the last TPDO check.
     statusword: u16,
+    /// The warnings of the health that were reported last.
+    warnings: u8,
     /// Lost frames that were reported.
     receive_overflows: u32,
 }
@@ -73,6 +76,7 @@ impl<'a> Device<'a> {
             error_free_periods: None,
             worst_bus: None,
             statusword: 0,
+            warnings: 0,
             receive_overflows: 0,
         }
     }
@@ -131,6 +135,7 @@ impl<'a> Device<'a> {
             return;
         }
         self.report_faults();
+        self.report_health();
         self.report_bus();
         let statusword = self.drive.statusword();
         if self.statusword != statusword {
@@ -161,6 +166,23 @@ impl<'a> Device<'a> {
             self.node.raise(error, &mut self.drive);
         }
         self.drive.reported = latched;
+    }
+
+    /// Sends an EMCY for each warning of the health, and one for each that has ended.
+    fn report_health(&mut self) {
+        let warnings = self.drive.health.warnings();
+        let changed = core::mem::replace(&mut self.warnings, warnings) ^ warnings;
+        for warning in Warning::ALL
+            .into_iter()
+            .filter(|it| changed & it.bit() != 0)
+        {
+            let error = emergency::of_warning(warning);
+            if warnings & warning.bit() == 0 {
+                self.node.clear(error.code, error.instance);
+            } else {
+                self.node.raise(error, &mut self.drive);
+            }
+        }
     }
 
     /// Passes bus errors to the node again and again while they are active: the node sends an EMCY

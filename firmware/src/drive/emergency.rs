@@ -2,7 +2,13 @@
 
 use canopen::{Emergency, ErrorCode, register};
 
-use crate::faults::{Fault, TABLE};
+use crate::{
+    faults::{Fault, TABLE},
+    health::Warning,
+};
+
+/// The error code of a warning: it is of the manufacturer (CiA 301, table 26).
+const WARNING: ErrorCode = ErrorCode(0xFF10);
 
 /// Error codes by number, separate from the table so that the board's program has no texts.
 const CODES: [u16; TABLE.len()] = {
@@ -35,6 +41,16 @@ pub(super) fn of(fault: Fault, tick: u32) -> Emergency {
         register: register_of(code),
         instance: instance(fault),
         information: tick.to_le_bytes(),
+    }
+}
+
+/// The message of a warning of the health; nothing acts by it.
+pub(super) fn of_warning(warning: Warning) -> Emergency {
+    Emergency {
+        code: WARNING,
+        register: register::MANUFACTURER,
+        instance: 0xC0 | warning as u8,
+        information: [0; 4],
     }
 }
 

@@ -142,6 +142,28 @@ impl Drive<'_> {
             Measured::OverrunsCounter => self.counter(Counter::Overruns),
             Measured::CurrentImplausibleCounter => self.counter(Counter::CurrentImplausible),
             Measured::MotorPolarityCounter => self.counter(Counter::MotorPolarity),
+            Measured::HealthFriction => self
+                .health
+                .results()
+                .map_or(0, |it| it.friction.max(0) as u64),
+            Measured::HealthLoad => short(self.health.results().map_or(0, |it| it.load)),
+            Measured::HealthConstant => self
+                .health
+                .results()
+                .map_or(0, |it| it.constant.max(0) as u64),
+            Measured::HealthSamples => u64::from(self.health.samples()),
+            Measured::HealthWeakMagnet => self.health.weak() as u64,
+            Measured::HealthFrictionChange => short(
+                self.health
+                    .friction_change(&self.values.health)
+                    .unwrap_or(0),
+            ),
+            Measured::HealthConstantChange => short(
+                self.health
+                    .constant_change(&self.values.health)
+                    .unwrap_or(0),
+            ),
+            Measured::HealthWarnings => u64::from(self.health.warnings()),
             Measured::SerialNumber => u64::from(board.serial_number),
             Measured::ProgramIdentity => u64::from(self.program_identity()),
             Measured::FlashStatus => u64::from(self.flash_status()),

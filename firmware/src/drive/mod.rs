@@ -42,6 +42,7 @@ use crate::{
     check_value::Checked,
     control_loop::{Commands, ExcitationRequest, Loop, LoopParameters},
     faults::{Fault, FaultSet},
+    health::Health,
     parameters::{BoardParameters, ObjectValues},
     protection::Counter,
     timing::thousandths,
@@ -104,6 +105,7 @@ pub struct Drive<'a> {
     targets: Targets,
     touch_probes: TouchProbes,
     model: MotorModel,
+    health: Health,
     store: ParameterStore,
     update: Update<'a>,
     service: ServiceAccess,
@@ -137,6 +139,7 @@ impl<'a> Drive<'a> {
             targets: Targets::default(),
             touch_probes: TouchProbes::default(),
             model: MotorModel::default(),
+            health: Health::default(),
             store: ParameterStore::new(stored),
             update: Update::NEW,
             service: ServiceAccess::NEW,
@@ -201,6 +204,7 @@ impl<'a> Drive<'a> {
         self.service.control_period();
         self.capture.sample(outputs);
         self.model.step(&self.values.model, outputs);
+        self.health.observe(&self.values.health, outputs);
     }
 
     /// Restarts with the stored parameters.
@@ -222,6 +226,7 @@ impl<'a> Drive<'a> {
         self.targets = Targets::default();
         self.touch_probes = TouchProbes::default();
         self.model = MotorModel::default();
+        self.health = Health::default();
         self.service.lock();
         self.capture.stop();
     }

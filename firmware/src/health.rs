@@ -1,0 +1,323 @@
+//! The actuator's health: slow means of its measurements in motion, and their change from a
+//! baseline.
+//!
+//! While the shaft turns one way, rate, back-EMF and current have means of their own for that way.
+//! In the sum of both ways the offsets and a constant load cancel:
+//!
+//! ```text
+//! friction = (I+ + I-)/2     load = (I+ - I-)/2     constant = (E+ + E-)/(w+ + w-)
+//! ```
+//!
+//! with current and back-EMF in the direction of the motion. The current that accelerates the
+//! inertia cancels as well: a motion begins and ends at the least rate, so the mean of its
+//! acceleration is zero. Therefore the results are taken where a motion ends.
+
+use model_core::control::encoder_word::Magnet;
+
+use crate::{
+    application::{BoardState, Outputs},
+    parameters::HealthSettings,
+    timing::thousandths,
+};
+
+/// Least rate of a motion, mdeg/s: two counts of the encoder in a control period.
+const LEAST_MDEG_S: i32 = 40_000;
+
+/// Control periods of a mean, 16 s of motion.
+const LENGTH: u16 = 4096;
+
+/// Control periods in motion, each way, after which the means are reported: 4 s.
+const ENOUGH: u16 = 1024;
+
+/// Fractional bits of a mean.
+const FRACTION: u32 = 14;
+
+/// Greatest value of a mean, 2^13: a difference of two stays below 2^28.
+const GREATEST: i32 = 1 << 13;
+
+/// A mean over the last values, of all if they are few.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Mean(i32);
+
+impl Mean {
+    /// Takes a value, as one of `count`.
+    fn take(&mut self, value: i32, count: u16) {
+        let value = value.clamp(-GREATEST, GREATEST) << FRACTION;
+        // The count is not 0.
+        self.0 += (value - self.0) / i32::from(count.max(1));
+    }
+
+    /// In tenths; a mean is below 2^27.
+    fn in_tenths(self) -> i32 {
+        (self.0 * 10) >> FRACTION
+    }
+}
+
+/// Means while the shaft turns one way, in that direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Way {
+    /// Values, at most [`LENGTH`].
+    count: u16,
+    /// deg/s.
+    rate: Mean,
+    /// mV.
+    back_emf: Mean,
+    /// mA.
+    current: Mean,
+}
+
+/// The means, and their results at the end of the last motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Health {
+    positive: Way,
+    negative: Way,
+    /// Control periods with a valid angle, at most [`LENGTH`].
+    readings: u16,
+    /// Share of them with a weak magnet, thousandths.
+    weak: Mean,
+    is_moving: bool,
+    results: Option<Results>,
+    warnings: u8,
+}
+
+/// The results of both ways.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Results {
+    /// Current against friction, 0.1 mA.
+    pub friction: i32,
+    /// Current against a load, in the positive direction, 0.1 mA.
+    pub load: i32,
+    /// Constant of the back-EMF, uV s/deg.
+    pub constant: i32,
+}
+
+impl Results {
+    fn of(positive: &Way, negative: &Way) -> Option<Self> {
+        let mv = i64::from(positive.back_emf.0) + i64::from(negative.back_emf.0);
+        let deg_s = i64::from(positive.rate.0) + i64::from(negative.rate.0);
+        let (ahead, back) = (positive.current.in_tenths(), negative.current.in_tenths());
+        Some(Self {
+            friction: (ahead + back) / 2,
+            load: (ahead - back) / 2,
+            constant: (mv * 1000).checked_div(deg_s)? as i32,
+        })
+    }
+}
+
+/// Bits of the warnings: the quantities that differ from their baseline by more than their level.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Warning {
+    /// Friction.
+    Friction = 0,
+    /// Constant of the back-EMF.
+    Constant = 1,
+    /// A load from outside.
+    Load = 2,
+    /// A weak magnet.
+    Magnet = 3,
+}
+
+impl Warning {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Friction, Self::Constant, Self::Load, Self::Magnet];
+
+    /// Its bit.
+    pub fn bit(self) -> u8 {
+        1 << self as u8
+    }
+}
+
+impl Health {
+    /// Takes the outputs of a control period.
+    pub fn observe(&mut self, settings: &HealthSettings, outputs: &Outputs) {
+        let t = &outputs.telemetry;
+        if outputs.state != BoardState::Enabled || !t.present.is_empty() {
+            return;
+        }
+        self.readings = self.readings.saturating_add(1).min(LENGTH);
+        let is_weak = t.magnet == Magnet::Marginal;
+        self.weak.take(i32::from(is_weak) * 1000, self.readings);
+        let rate = thousandths(t.rate);
+        let was_moving = core::mem::replace(&mut self.is_moving, rate.abs() >= LEAST_MDEG_S);
+        if self.is_moving {
+            let (way, sign) = if rate > 0 {
+                (&mut self.positive, 1)
+            } else {
+                (&mut self.negative, -1)
+            };
+            way.count = way.count.saturating_add(1).min(LENGTH);
+            way.rate.take(sign * rate / 1000, way.count);
+            way.back_emf.take(sign * t.back_emf_mv, way.count);
+            way.current.take(sign * t.current_ma, way.count);
+        } else if was_moving {
+            if self.samples() >= ENOUGH {
+                self.results = Results::of(&self.positive, &self.negative);
+            }
+            self.warnings = self.compare(settings);
+        }
+    }
+
+    /// Control periods of the means, of the way that has fewer.
+    pub fn samples(&self) -> u16 {
+        self.positive.count.min(self.negative.count)
+    }
+
+    /// The results; `None` before there are enough values.
+    pub fn results(&self) -> Option<Results> {
+        self.results
+    }
+
+    /// Share of the control periods in which the magnet is weak, thousandths.
+    pub fn weak(&self) -> i32 {
+        self.weak.0 >> FRACTION
+    }
+
+    /// Change of the friction from its baseline, thousandths; `None` without one.
+    pub fn friction_change(&self, settings: &HealthSettings) -> Option<i32> {
+        change_permille(self.results?.friction, settings.friction.into())
+    }
+
+    /// Change of the constant from its baseline, thousandths; `None` without one.
+    pub fn constant_change(&self, settings: &HealthSettings) -> Option<i32> {
+        // At most 10,000,000.
+        change_permille(self.results?.constant, settings.constant as i32)
+    }
+
+    /// The warnings, a bit each.
+    pub fn warnings(&self) -> u8 {
+        self.warnings
+    }
+
+    /// The warnings. One ends at three quarters of its level.
+    fn compare(&self, settings: &HealthSettings) -> u8 {
+        let friction = self.friction_change(settings);
+        let constant = self.constant_change(settings);
+        let compared = [
+            (Warning::Friction, friction, settings.friction_level),
+            (Warning::Constant, constant, settings.constant_level),
+            (
+                Warning::Load,
+                self.results.map(|it| it.load),
+                settings.load_level,
+            ),
+            (Warning::Magnet, Some(self.weak()), settings.magnet_level),
+        ];
+        let mut warnings = 0;
+        for (warning, difference, level) in compared {
+            let bit = warning.bit();
+            let level = i32::from(level);
+            let ends_at = if self.warnings & bit == 0 {
+                level
+            } else {
+                level - level / 4
+            };
+            if level > 0 && difference.is_some_and(|it| it.abs() > ends_at) {
+                warnings |= bit;
+            }
+        }
+        warnings
+    }
+}
+
+/// Change from a baseline, in thousandths of it; `None` without one.
+fn change_permille(value: i32, baseline: i32) -> Option<i32> {
+    let difference = i64::from(value) - i64::from(baseline);
+    let change = (difference * 1000).checked_div(baseline.into())?;
+    Some(change.clamp(i16::MIN.into(), i16::MAX.into()) as i32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use model_core::control::units::rate;
+
+    /// An enabled actuator at this rate, deg/s, with this current and back-EMF.
+    fn outputs(deg_s: f64, current_ma: i32, back_emf_mv: i32) -> Outputs {
+        let mut outputs = Outputs {
+            state: BoardState::Enabled,
+            ..Outputs::default()
+        };
+        outputs.telemetry.rate = rate(deg_s);
+        outputs.telemetry.current_ma = current_ma;
+        outputs.telemetry.back_emf_mv = back_emf_mv;
+        outputs
+    }
+
+    /// Motions of 200 control periods each way: 30 mA of friction, 10 mA of load, 5 mA and 40 mV of
+    /// offset, 20 mV s/deg, and 300 mA that accelerate and decelerate.
+    fn moved(settings: &HealthSettings) -> Health {
+        let mut health = Health::default();
+        for motion in 0..40 {
+            let sign = if motion % 2 == 0 { 1 } else { -1 };
+            for period in 0..200 {
+                let inertia_ma = if period < 100 { 300 } else { -300 };
+                let current_ma = sign * (30 + inertia_ma) + 10 + 5;
+                let out = outputs(100.0 * f64::from(sign), current_ma, sign * 2000 + 40);
+                health.observe(settings, &out);
+            }
+            health.observe(settings, &outputs(0.0, 0, 40));
+        }
+        health
+    }
+
+    #[test]
+    fn inertia_and_offsets_cancel() {
+        let health = moved(&HealthSettings::default());
+        let Results {
+            friction,
+            load,
+            constant,
+        } = health.results().unwrap();
+        // In tenths; the last motion weighs 2.5 % more at its end: 300 mA times 100/4096 at most.
+        assert!((friction - 300).abs() <= 10, "{friction}");
+        // The offset of the current counts as a load.
+        assert!((load - 150).abs() <= 75, "{load}");
+        assert!((constant - 20_000).abs() <= 20, "{constant}");
+        assert_eq!(health.warnings(), 0);
+    }
+
+    #[test]
+    fn each_level_has_its_warning() {
+        let baseline = HealthSettings {
+            friction: 250,
+            constant: 18_000,
+            ..HealthSettings::default()
+        };
+        let levels = |friction_level, constant_level, load_level| HealthSettings {
+            friction_level,
+            constant_level,
+            load_level,
+            ..baseline
+        };
+        assert_eq!(moved(&levels(100, 200, 300)).warnings(), 1);
+        assert_eq!(moved(&levels(300, 100, 300)).warnings(), 2);
+        assert_eq!(moved(&levels(300, 200, 50)).warnings(), 4);
+    }
+
+    #[test]
+    fn a_warning_ends_at_three_quarters_of_its_level() {
+        let settings = HealthSettings {
+            magnet_level: 400,
+            ..HealthSettings::default()
+        };
+        let mut health = Health::default();
+        let mut share = |weak: u32, strong: u32| {
+            for period in 0..weak + strong {
+                let mut out = outputs(if period == 0 { 50.0 } else { 0.0 }, 0, 0);
+                if period >= strong {
+                    out.telemetry.magnet = Magnet::Marginal;
+                }
+                health.observe(&settings, &out);
+            }
+            // The end of a motion.
+            health.observe(&settings, &outputs(50.0, 0, 0));
+            health.observe(&settings, &outputs(0.0, 0, 0));
+            (health.warnings(), health.weak())
+        };
+        // Of all control periods 50 %, 33 % and 25 % are weak.
+        assert_eq!(share(500, 500).0, 8);
+        assert_eq!(share(0, 500).0, 8);
+        assert_eq!(share(0, 500).0, 0);
+    }
+}

@@ -1,0 +1,199 @@
+//! The health of an actuator, objects 2052h and 2053h, over its node on the bus: a native board with
+//! noise, friction and magnet of its seed moves to and fro.
+
+use canopen::{CanFrame, NodeId};
+use embedded_can::{Frame, Id, StandardId};
+use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
+use model_core::plant::board::BoardPlantOptions;
+
+const FRICTION: (u16, u8) = (0x2052, 1);
+const LOAD: (u16, u8) = (0x2052, 2);
+const CONSTANT: (u16, u8) = (0x2052, 3);
+const SAMPLES: (u16, u8) = (0x2052, 4);
+const FRICTION_CHANGE: (u16, u8) = (0x2052, 6);
+const WARNINGS: (u16, u8) = (0x2052, 8);
+
+/// Error code of the warnings.
+const WARNING: u16 = 0xFF10;
+
+struct Bench {
+    node: NativeNode<'static>,
+    /// The EMCY messages: error code, and instance.
+    emergencies: Vec<(u16, u8)>,
+}
+
+impl Bench {
+    fn new(options: &BoardPlantOptions) -> Self {
+        let buffer = Box::leak(Box::new([0; CAPTURE_VALUES]));
+        let node = NativeNode::new(1, NodeId::new(1), options, buffer).expect("a plant");
+        let mut bench = Self {
+            node,
+            emergencies: Vec::new(),
+        };
+        bench.run(100);
+        bench
+    }
+
+    /// Enables it in profile position mode.
+    fn enable(&mut self) {
+        self.write((0x6060, 0), 1, 1);
+        for control in [0x06, 0x07, 0x0F] {
+            self.write((0x6040, 0), control, 2);
+        }
+    }
+
+    fn send(&mut self, id: u16, data: &[u8]) {
+        let id = StandardId::new(id).expect("11 bits");
+        assert!(
+            self.node
+                .receive(&CanFrame::new(id, data).expect("8 bytes"))
+        );
+    }
+
+    /// Control periods; returns the last SDO response.
+    fn run(&mut self, periods: u32) -> Option<[u8; 8]> {
+        let mut response = None;
+        for _ in 0..periods {
+            self.node.step(self.node.next_us());
+            while let Some(frame) = self.node.transmit() {
+                match frame.id() {
+                    Id::Standard(id) if id.as_raw() == 0x581 => {
+                        response = frame.data().try_into().ok();
+                    }
+                    Id::Standard(id) if id.as_raw() == 0x081 => {
+                        let [low, high, _, instance, ..] = *frame.data() else {
+                            panic!("an EMCY of 8 bytes");
+                        };
+                        let code = u16::from_le_bytes([low, high]);
+                        self.emergencies.push((code, instance));
+                    }
+                    _ => {}
+                }
+            }
+        }
+        response
+    }
+
+    fn write(&mut self, (index, sub): (u16, u8), value: i32, size: u8) {
+        let [low, high] = index.to_le_bytes();
+        let [a, b, c, d] = value.to_le_bytes();
+        let command = 0x23 | (4 - size) << 2;
+        self.send(0x601, &[command, low, high, sub, a, b, c, d]);
+        let response = self.run(2).expect("a response");
+        assert_eq!(response[0], 0x60, "{index:04X}h:{sub}: {response:?}");
+    }
+
+    /// Of up to four bytes, signed if it has two.
+    fn read(&mut self, (index, sub): (u16, u8)) -> i32 {
+        let [low, high] = index.to_le_bytes();
+        self.send(0x601, &[0x40, low, high, sub, 0, 0, 0, 0]);
+        let [command, _, _, _, a, b, c, d] = self.run(2).expect("a response");
+        match 4 - (command >> 2 & 3) {
+            1 => i32::from(a),
+            2 => i32::from(i16::from_le_bytes([a, b])),
+            _ => i32::from_le_bytes([a, b, c, d]),
+        }
+    }
+
+    /// Moves to 50 deg and to -50 deg, this often.
+    fn move_to_and_fro(&mut self, times: u32) {
+        for time in 0..2 * times {
+            let target_mdeg = if time % 2 == 0 { 50_000 } else { -50_000 };
+            self.write((0x607A, 0), target_mdeg, 4);
+            self.write((0x6040, 0), 0x2F, 2);
+            self.write((0x6040, 0), 0x3F, 2);
+            self.run(250);
+        }
+    }
+}
+
+#[test]
+fn the_means_are_those_of_the_motor() {
+    for seed in 0..5 {
+        let options = BoardPlantOptions::realistic(seed);
+        let mut bench = Bench::new(&options);
+        bench.enable();
+        bench.node.defects().torque_nm = 0.1;
+        bench.move_to_and_fro(5);
+        assert!(bench.read(SAMPLES) < 1024);
+        assert_eq!(bench.read(FRICTION), 0);
+        bench.move_to_and_fro(15);
+        assert!(bench.read(SAMPLES) >= 1024);
+        let (train, friction) = (&options.drivetrain.gear_train, &options.drivetrain.friction);
+        let per_a = options.drivetrain.electrical.torque_constant_nm_a * train.gear_ratio;
+        let dry_nm = friction.coulomb_friction_nm + train.bearing_friction_nm;
+        // The rate is 40 to 160 deg/s.
+        let least_nm = dry_nm + 40.0 * friction.viscous_friction_nm_s_deg;
+        let most_nm = dry_nm + 160.0 * friction.viscous_friction_nm_s_deg;
+        // The gain of the current sense is off by 0.7 %, its codes are 1.6 mA, and the mean over a
+        // PWM period is computed from the default winding: 10 % of a load, 3 mA of a friction.
+        let found = [FRICTION, LOAD].map(|object| f64::from(bench.read(object)) / 1e4 * per_a);
+        let off_nm = 3e-3 * per_a;
+        assert!(
+            (least_nm - off_nm..most_nm + off_nm).contains(&found[0]),
+            "friction {} N m, {least_nm} to {most_nm}",
+            found[0]
+        );
+        assert!((found[1] + 0.1).abs() < 0.01, "load {} N m", found[1]);
+        // Resistors of the legs and the filter of the rate, 1 %.
+        let expected = per_a.to_radians() * 1e6;
+        let constant = f64::from(bench.read(CONSTANT));
+        assert!(
+            (constant / expected - 1.0).abs() < 0.01,
+            "{constant} of {expected}"
+        );
+    }
+}
+
+/// A node with this baseline of the friction, and a level of 10 %, after 40 moves.
+fn moved(options: &BoardPlantOptions, friction: i32) -> Bench {
+    let mut bench = Bench::new(options);
+    bench.write((0x2053, 1), friction, 2);
+    bench.write((0x2053, 3), 100, 2);
+    bench.enable();
+    bench.move_to_and_fro(20);
+    bench
+}
+
+#[test]
+fn friction_that_grows_by_a_fifth_warns_and_the_same_friction_does_not() {
+    for seed in 0..20 {
+        let sound = BoardPlantOptions::realistic(seed);
+        let mut worn = sound;
+        worn.drivetrain.friction.coulomb_friction_nm *= 1.2;
+        worn.drivetrain.friction.viscous_friction_nm_s_deg *= 1.2;
+        worn.drivetrain.gear_train.bearing_friction_nm *= 1.2;
+        let friction = moved(&sound, 0).read(FRICTION);
+        // Other noise.
+        let again = BoardPlantOptions {
+            seed: seed + 100,
+            ..sound
+        };
+        let mut same = moved(&again, friction);
+        assert!(same.read(FRICTION_CHANGE).abs() < 50, "{seed}");
+        assert_eq!(
+            (same.read(WARNINGS), same.emergencies),
+            (0, Vec::new()),
+            "{seed}"
+        );
+        let mut worn = moved(
+            &BoardPlantOptions {
+                seed: seed + 100,
+                ..worn
+            },
+            friction,
+        );
+        let change = worn.read(FRICTION_CHANGE);
+        // A fifth, 200, of a friction that is found up to a fourth too low, and the 5 % of above.
+        assert!((150..320).contains(&change), "{seed}: {change}");
+        assert_eq!(
+            (worn.read(WARNINGS), &*worn.emergencies),
+            (1, &[(WARNING, 0xC0)][..]),
+            "{seed}"
+        );
+        // A reset of the node ends it.
+        worn.send(0x000, &[0x81, 1]);
+        worn.run(200);
+        assert_eq!(worn.read(WARNINGS), 0);
+    }
+}
