@@ -263,7 +263,7 @@ mod tests {
 
     #[test]
     fn inertia_and_offsets_cancel() {
-        let health = moved(&HealthSettings::default());
+        let health = moved(&HealthSettings::DEFAULT);
         let Results {
             friction,
             load,
@@ -282,7 +282,7 @@ mod tests {
         let baseline = HealthSettings {
             friction: 250,
             constant: 18_000,
-            ..HealthSettings::default()
+            ..HealthSettings::DEFAULT
         };
         let levels = |friction_level, constant_level, load_level| HealthSettings {
             friction_level,
@@ -299,7 +299,7 @@ mod tests {
     fn a_warning_ends_at_three_quarters_of_its_level() {
         let settings = HealthSettings {
             magnet_level: 400,
-            ..HealthSettings::default()
+            ..HealthSettings::DEFAULT
         };
         let mut health = Health::default();
         let mut share = |weak: u32, strong: u32| {
