@@ -2,16 +2,13 @@
 //! each for itself. The second one validates the first: what it contradicts is reported, and is not
 //! stored.
 
-use std::time::Duration;
-
+use super::excite::excite;
 use super::friction::Friction;
 use super::motor_fit::{Fitted, Fitting, Motor, Start};
 use super::resistance::{COLD_DEG_C, Cold, winding_deg_c};
-use super::runs::arrive;
-use super::samples::{Board, SIGNALS, Sample, real};
-use super::{CommissionError, Estimate, record};
-use crate::can::client::{Client, ClientError};
-use crate::can::excitation;
+use super::samples::{Board, SIGNALS, real};
+use super::{CommissionError, Estimate};
+use crate::can::client::Client;
 
 /// An excitation: its name, and the values of the sub-indices of 2020h.
 type Excitation = (&'static str, &'static [(u8, i32)]);
@@ -34,21 +31,6 @@ const MULTISINE: Excitation = (
     "the multisine",
     &[(3, 9), (4, 2_000), (5, 400), (11, 8), (12, 2)],
 );
-
-/// The objects that the excitations change.
-pub fn changed() -> Vec<String> {
-    let settings = CHIRP.1.iter().chain(MULTISINE.1);
-    let mut subs: Vec<u8> = settings.map(|(sub, _)| *sub).collect();
-    subs.sort_unstable();
-    subs.dedup();
-    subs.iter().map(|sub| format!("2020:{sub}")).collect()
-}
-
-/// Longest excitation.
-const LONGEST: Duration = Duration::from_secs(10);
-
-/// Time at rest before each excitation.
-const REST: Duration = Duration::from_millis(200);
 
 /// Standard errors from the middle of an interval of 95 % to its ends.
 const INTERVAL: f64 = 2.0;
@@ -104,7 +86,8 @@ pub fn measure(
         coulomb_nm: coulomb.value.max(0.0),
     };
     let mut fitted = |settings: &[(u8, i32)]| {
-        let (samples, warm_k) = excite(client, centre_mdeg, board, settings)?;
+        let samples = board.samples(&excite(client, centre_mdeg, &SIGNALS, settings)?);
+        let warm_k = winding_deg_c(client)? - COLD_DEG_C;
         Fitted::of(&samples, &Motor::of(cold, constant, warm_k), &start)
     };
     let (one, other) = (fitted(CHIRP.1)?, fitted(MULTISINE.1)?);
@@ -150,48 +133,6 @@ fn contradiction(
             one.value, one.standard_error, sources.0, other.value, other.standard_error, sources.1
         ),
     })
-}
-
-/// The samples of an excitation, and by how much the winding was warmer than 25 deg C, K.
-fn excite(
-    client: &mut Client,
-    centre_mdeg: i32,
-    board: &Board,
-    settings: &[(u8, i32)],
-) -> Result<(Vec<Sample>, f64), CommissionError> {
-    for (sub, value) in settings {
-        client.write(&format!("2020:{sub}"), &value.to_string())?;
-    }
-    client.enable(1)?;
-    arrive(client, centre_mdeg)?;
-    client.pause(REST)?;
-    let (capture, moved) = record(client, &SIGNALS, |client| {
-        excitation::start(client)?;
-        let done = wait(client);
-        // One that has not ended is stopped; its error is more informative.
-        let stopped = match &done {
-            Ok(()) => Ok(()),
-            Err(_) => client.write("2020:1", "0"),
-        };
-        done.and(stopped)
-    })?;
-    moved?;
-    let warm_k = winding_deg_c(client)? - COLD_DEG_C;
-    Ok((board.samples(&capture), warm_k))
-}
-
-fn wait(client: &mut Client) -> Result<(), ClientError> {
-    let step = Duration::from_millis(20);
-    for _ in 0..LONGEST.as_millis() / step.as_millis() {
-        client.pause(step)?;
-        if client.status()? & 0x6F != 0x27 {
-            break;
-        }
-        if client.integer("2020:2")? == 0 {
-            return Ok(());
-        }
-    }
-    client.fail_in_state("expected the excitation to end")
 }
 
 #[cfg(test)]

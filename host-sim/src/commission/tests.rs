@@ -319,3 +319,17 @@ fn without_a_range_the_stops_are_found_and_the_range_lies_within_them() {
     let error = error.expect_err("no stop").to_string();
     assert!(error.contains("no stop within 360 deg"), "{error}");
 }
+
+#[test]
+fn explore() {
+    for seed in 0..8 {
+        let options = secret(seed);
+        let mut client = client(&options, Defects::default());
+        let found = measure(&mut client, &LIMITS).expect("a good bench");
+        let begin = std::time::Instant::now();
+        let tuning = super::tune(&mut client, &found).expect("a tuning");
+        println!("--- {seed} {:?}", begin.elapsed());
+        println!("{}", serde_json::to_string(&tuning).expect("json"));
+        println!("{:?}", tuning.objects());
+    }
+}
