@@ -13,8 +13,8 @@ use crate::can::excitation;
 /// Longest excitation.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// Time at rest before and behind each excitation.
-const REST: Duration = Duration::from_millis(200);
+/// Time at rest in a recording, before the motion and behind it.
+pub const REST: Duration = Duration::from_millis(200);
 
 /// Records these signals of an excitation of these settings 2020h around an angle, mdeg.
 pub fn excite(
@@ -28,8 +28,8 @@ pub fn excite(
     }
     client.enable(1)?;
     arrive(client, centre_mdeg)?;
-    client.pause(REST)?;
     let (capture, moved) = record(client, signals, |client| {
+        client.pause(REST)?;
         excitation::start(client)?;
         let done = wait(client);
         // One that has not ended is stopped; its error is more informative.

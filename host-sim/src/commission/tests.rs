@@ -328,8 +328,18 @@ fn explore() {
         let found = measure(&mut client, &LIMITS).expect("a good bench");
         let begin = std::time::Instant::now();
         let tuning = super::tune(&mut client, &found).expect("a tuning");
+        println!("{:?}", found.dynamics);
         println!("--- {seed} {:?}", begin.elapsed());
-        println!("{}", serde_json::to_string(&tuning).expect("json"));
+        let p = tuning.proposal.clone().expect("gains");
+        println!("{:?} {:?}", p.predicted, p.measured);
+        for line in &p.lines {
+            println!(
+                "{:6.2} T {:7.2} {:7.2} dB {:7.1} {:7.1} deg  G {:6.2} dB {:6.1} deg +- {:.3}",
+                line.frequency_hz, line.gain_db[0], line.gain_db[1], line.phase_deg[0],
+                line.phase_deg[1], line.motor[0], line.motor[1], line.motor_error
+            );
+        }
+        println!("{:?} {:?}", p.step, p.moves);
         println!("{:?}", tuning.objects());
     }
 }

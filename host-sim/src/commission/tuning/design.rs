@@ -36,6 +36,9 @@ const SHARE: f64 = 0.25;
 /// Bandwidths of the rate loop that are searched, rad/s: those of gains within their ranges.
 const BANDWIDTHS_RAD_S: (f64, f64) = (0.5, 500.0);
 
+/// Greatest value of a multisine by its rms.
+const CREST: f64 = 1.9;
+
 /// Duty and back-EMF at which the current is linearised: half of the range, and a volt.
 const HALF_PCT: f64 = 50.0;
 const BACK_EMF_V: f64 = 1.0;
@@ -120,19 +123,20 @@ impl Identified {
         margins.reduce(|a, b| a.zip(b).map(|(a, b)| least(a, b)))?
     }
 
-    /// Sum over the lines of the duty by the command, %/deg.
+    /// Greatest duty of a multisine by the amplitude of its lines, %/deg.
     pub fn duty_by_command(&self, control: &ControlParameters, sine: &Multisine) -> f64 {
         let motor = self.motor([0.0; 5]);
         let Ok(servo) = Loop::sampled(&motor, control, &self.timing(0.0)) else {
             return f64::INFINITY;
         };
-        let of_line = |line| {
+        let of_line = |line| -> f64 {
             let hz = sine.line_hz(line);
             let rad_s = TAU * hz;
             let steps = rad_s * (rad_s * motor.motor_time_constant_s).hypot(1.0);
             servo.closed.at(hz).norm() * steps / motor.motor_gain
         };
-        (0..LINES).map(of_line).sum()
+        let squares: f64 = (0..LINES).map(|line| of_line(line).powi(2)).sum();
+        CREST * (squares / 2.0).sqrt()
     }
 
     /// The request for a bandwidth of the rate loop, with these other parameters of the loop.

@@ -16,7 +16,7 @@ use self::design::Identified;
 use self::response::{LINES, Multisine, Response};
 use self::twin::{Record, SIGNALS, Twin};
 use self::verify::{Line, Motion};
-use super::excite::excite;
+use super::excite::{REST, excite};
 use super::resistance::{COLD_DEG_C, COPPER_K, winding_deg_c};
 use super::runs::arrive;
 use super::samples::real;
@@ -32,6 +32,12 @@ const STEP: &str = "tuning";
 
 /// Sum of the duties of the lines of the sweep, and duty of a step, %: below the limit.
 const DUTY_PCT: f64 = 70.0;
+
+/// Greatest frequency of the sweep by that of the crossing: beyond it the shaft hardly moves.
+const BEYOND: f64 = 1.3;
+
+/// Noise of the encoder, which smooths its counts, deg: AS5045 data sheet.
+const NOISE_DEG: f64 = 0.03;
 
 /// Largest amplitudes of a line and of a step, deg: all lines together stay within 8 deg.
 const LINE_DEG: f64 = 2.0;
@@ -256,6 +262,7 @@ fn identified(
 /// The model of the identified motor.
 fn plant(identified: &Identified, findings: &Findings, ratio: f64) -> BoardPlantOptions {
     let mut plant = BoardPlantOptions::default();
+    plant.encoder.encoder_noise_deg = NOISE_DEG;
     let drivetrain = &mut plant.drivetrain;
     drivetrain.electrical.winding_resistance_ohm = identified.resistance_ohm.value;
     drivetrain.electrical.winding_inductance_h = identified.inductance_h;
@@ -266,10 +273,11 @@ fn plant(identified: &Identified, findings: &Findings, ratio: f64) -> BoardPlant
     gears.motor_inertia_kg_m2 =
         (identified.inertia_kg_m2.value - beyond_kg_m2).max(0.0) / (ratio * ratio);
     gears.backlash_deg = findings.dynamics.backlash_deg;
-    gears.bearing_friction_nm = 0.0;
     let super::Friction { upward, downward } = findings.friction;
     let coulomb = upward.coulomb_nm.mean(downward.coulomb_nm);
-    drivetrain.friction.coulomb_friction_nm = coulomb.value.max(0.0);
+    // Without friction of its own the output would not rest within the backlash.
+    let at_motor_nm = coulomb.value - gears.bearing_friction_nm;
+    drivetrain.friction.coulomb_friction_nm = at_motor_nm.max(0.0);
     let viscous_nm_s = identified.viscous_nm_s.value.max(0.0);
     drivetrain.friction.viscous_friction_nm_s_deg = viscous_nm_s.to_radians();
     plant
@@ -317,7 +325,7 @@ fn mdeg(deg: f64, (least, most): (f64, f64)) -> i32 {
     (deg.clamp(least, most) * 1e3) as i32
 }
 
-/// A multisine whose lines reach twice the crossing.
+/// A multisine whose lines reach beyond the crossing.
 fn sweep(
     client: &mut Client,
     centre_mdeg: i32,
@@ -325,7 +333,7 @@ fn sweep(
     twin: &mut Twin,
     predicted: &Margins,
 ) -> Result<[Line; LINES], CommissionError> {
-    let (sine, base_mhz) = Multisine::reaching(2.0 * predicted.crossing_hz);
+    let (sine, base_mhz) = Multisine::reaching(BEYOND * predicted.crossing_hz);
     let pct_deg = identified.duty_by_command(&twin.control, &sine);
     let amplitude_mdeg = mdeg(DUTY_PCT / pct_deg, (LEAST_LINE_DEG, LINE_DEG));
     let settings = [
@@ -374,6 +382,7 @@ fn moves(
     client.write("6084", &acceleration)?;
     client.enable(1)?;
     let (capture, moved) = record(client, &SIGNALS, |client| {
+        client.pause(REST)?;
         for way_mdeg in [WAY_MDEG, -WAY_MDEG, 0] {
             arrive(client, centre_mdeg + way_mdeg)?;
         }

@@ -56,16 +56,21 @@ pub fn margins(
     lines: &[Line],
     crossing_hz: f64,
 ) -> Option<Margins> {
-    let near: Vec<_> = lines.iter().filter(|line| line.frequency_hz >= crossing_hz / 2.0).collect();
-    let mean_db = near.iter().map(|line| line.motor[0]).sum::<f64>() / near.len() as f64;
-    let (mut products, mut squares) = (0.0, 0.0);
+    let near = lines.iter().filter(|line| line.frequency_hz >= crossing_hz / 2.0);
+    // Gain in dB, and delay: means weighted by the errors of the lines.
+    let mut sums = [(0.0, 0.0); 2];
     for line in near {
-        products -= TAU * line.frequency_hz * line.motor[1].to_radians();
-        squares += (TAU * line.frequency_hz).powi(2);
+        let weight = line.motor_error.powi(-2);
+        let rad_s = TAU * line.frequency_hz;
+        sums[0].0 += weight * line.motor[0];
+        sums[0].1 += weight;
+        sums[1].0 -= weight * rad_s * line.motor[1].to_radians();
+        sums[1].1 += weight * rad_s * rad_s;
     }
+    let [gain_db, delay_s] = sums.map(|(products, squares)| products / squares);
     let (mut motor, mut timing) = (identified.motor([0.0; 5]), identified.timing(0.0));
-    motor.motor_gain *= 10.0_f64.powf(mean_db / 20.0);
-    timing.duty_delay_s = (timing.duty_delay_s + products / squares).max(0.0);
+    motor.motor_gain *= 10.0_f64.powf(gain_db / 20.0);
+    timing.duty_delay_s = (timing.duty_delay_s + delay_s).max(0.0);
     Margins::of(&motor, &twin.control, &timing)
 }
 
