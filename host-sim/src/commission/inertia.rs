@@ -42,7 +42,8 @@ pub struct Dynamics {
     pub inertia_kg_m2: Estimate,
     /// Time from the control period that decides a duty to that which measures its first effect, s.
     pub delay_s: Estimate,
-    /// Free play of the output, deg: of the fit alone.
+    /// Free play of the output, deg: mean of the fits by their standard errors, 0 if they do not
+    /// determine it.
     pub backlash_deg: f64,
     /// Two measurements of one parameter whose intervals do not overlap.
     pub contradictions: Vec<Contradiction>,
@@ -112,9 +113,19 @@ pub fn measure(
     Ok(Dynamics {
         inertia_kg_m2: one.inertia_kg_m2.whole(),
         delay_s: one.delay_s.whole(),
-        backlash_deg: one.backlash_deg,
+        backlash_deg: weighted([one.backlash_deg, other.backlash_deg]),
         contradictions: contradictions.into_iter().flatten().collect(),
     })
+}
+
+/// The mean of what is known, weighted by the standard errors.
+fn weighted(values: [Option<Estimate>; 2]) -> f64 {
+    let weighted = values.into_iter().flatten().map(|estimate| {
+        let weight = estimate.standard_error.powi(-2);
+        (weight, weight * estimate.value)
+    });
+    let (weights, sum) = weighted.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
 /// The contradiction of two values whose intervals of 95 % do not overlap.

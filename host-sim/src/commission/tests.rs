@@ -322,7 +322,7 @@ fn without_a_range_the_stops_are_found_and_the_range_lies_within_them() {
 
 #[test]
 fn explore() {
-    for seed in 0..8 {
+    for seed in 0..20 {
         let options = secret(seed);
         let mut client = client(&options, Defects::default());
         let found = measure(&mut client, &LIMITS).expect("a good bench");

@@ -346,9 +346,9 @@ fn sweep(
     let records = records(&excite(client, centre_mdeg, &SIGNALS, &settings)?);
     let supply_v = records.iter().map(|record| record.supply_v).sum::<f64>();
     twin.plant.drivetrain.electrical.supply_v = supply_v / records.len() as f64;
-    let followed = follow(twin, &records)?;
-    let begins = |record: &Record| record.command_mdeg != records[0].command_mdeg;
-    let start = records.iter().position(begins).unwrap_or(0);
+    let followed = twin.follow(&records);
+    let followed = followed.or_else(|error| refuse(STEP, error.to_string()))?;
+    let start = verify::start(&records);
     let of = |records: &[Record]| Response::of(records, &sine, start);
     let Some((measured, predicted)) = of(&records).zip(of(&followed)) else {
         return refuse(STEP, format!("{} records of the sweep are too few", records.len()));
@@ -395,10 +395,4 @@ fn moves(
 fn motion(capture: &Capture, twin: &Twin) -> Result<Motion, CommissionError> {
     let motion = Motion::of(&records(capture), twin);
     motion.or_else(|error| refuse(STEP, error.to_string()))
-}
-
-fn follow(twin: &Twin, records: &[Record]) -> Result<Vec<Record>, CommissionError> {
-    let commands: Vec<_> = records.iter().map(|record| record.command_mdeg).collect();
-    let followed = twin.follow(&commands);
-    followed.or_else(|error| refuse(STEP, error.to_string()))
 }

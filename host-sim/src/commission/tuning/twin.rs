@@ -65,8 +65,8 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// Follows these commands, mdeg, from rest at the first one.
-    pub fn follow(&self, commands_mdeg: &[i32]) -> Result<Vec<Record>, ParameterError> {
+    /// Follows the commands of these records, from rest at the first angle.
+    pub fn follow(&self, records: &[Record]) -> Result<Vec<Record>, ParameterError> {
         let board = BoardParameters {
             control: Coefficients::try_new(&self.control)?,
             ..BoardParameters::DEFAULT
@@ -80,11 +80,15 @@ impl Twin {
         let mut control_loop = Loop::new((&commands, &parameters, &excitation), Start::default());
         let plant = BoardPlant::try_new(&self.plant)?;
         let mut plant = SampledBoardPlant::new(plant, &mut |_, _| {});
-        let first_mdeg = commands_mdeg.first().copied().unwrap_or(0);
+        let Some(first) = records.first() else {
+            return Ok(Vec::new());
+        };
+        // The plant starts at an angle of 0.
+        let start_mdeg = (first.angle_deg * 1e3).round() as i32;
         let mut period = |control: u16, target_mdeg: i32| {
             let mut command = *commands.newest();
             command.control = control;
-            command.set_position(target_mdeg - first_mdeg);
+            command.set_position(target_mdeg - start_mdeg);
             // The queue holds more than the one command of each control period.
             let _ = commands.set(&command, true, control_loop.taken().command);
             let outputs = *control_loop.step(&Inputs {
@@ -97,17 +101,18 @@ impl Twin {
             plant.tick(native::bridge(outputs.bridge), &mut |_, _| {});
             let record = Record::of(&SIGNALS.map(|signal| signal.of(&outputs)));
             Record {
-                angle_deg: record.angle_deg + f64::from(first_mdeg) * 1e-3,
-                command_mdeg: record.command_mdeg + first_mdeg,
+                angle_deg: record.angle_deg + f64::from(start_mdeg) * 1e-3,
+                command_mdeg: record.command_mdeg + start_mdeg,
                 ..record
             }
         };
         for _ in 0..START {
-            period(0, first_mdeg);
+            period(0, first.command_mdeg);
         }
         for control in ENABLE {
-            period(control, first_mdeg);
+            period(control, first.command_mdeg);
         }
-        Ok(commands_mdeg.iter().map(|mdeg| period(ENABLE[2], *mdeg)).collect())
+        let followed = records.iter();
+        Ok(followed.map(|record| period(ENABLE[2], record.command_mdeg)).collect())
     }
 }

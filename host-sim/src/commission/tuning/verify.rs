@@ -131,18 +131,19 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// Of a recorded motion.
+    /// Of a recorded motion, from the first change of its command on.
     pub fn of(records: &[Record], twin: &Twin) -> Result<Self, ParameterError> {
-        let commands: Vec<_> = records.iter().map(|record| record.command_mdeg).collect();
-        let predicted = twin.follow(&commands)?;
+        let predicted = twin.follow(records)?;
         let mut heavier = twin.clone();
         heavier.plant.drivetrain.gear_train.motor_inertia_kg_m2 *= FACTOR;
-        let other = heavier.follow(&commands)?;
+        let other = heavier.follow(records)?;
         let command = |record: &Record| f64::from(record.command_mdeg) * 1e-3;
+        let start = start(records);
+        let (records, predicted, other) = (&records[start..], &predicted[start..], &other[start..]);
         let error = records.iter().map(|record| record.angle_deg - command(record));
         Ok(Self {
-            difference_deg: rms(differences(records, &predicted)),
-            limit_deg: rms(differences(&other, &predicted)) + COUNT_DEG,
+            difference_deg: rms(differences(records, predicted)),
+            limit_deg: rms(differences(other, predicted)) + COUNT_DEG,
             error_deg: rms(error),
         })
     }
@@ -159,6 +160,12 @@ impl Motion {
             )
         })
     }
+}
+
+/// The place of the first change of the command.
+pub fn start(records: &[Record]) -> usize {
+    let changes = |pair: &[Record]| pair[0].command_mdeg != pair[1].command_mdeg;
+    records.windows(2).position(changes).map_or(0, |place| place + 1)
 }
 
 fn differences(one: &[Record], other: &[Record]) -> impl Iterator<Item = f64> {
