@@ -13,14 +13,15 @@ use crate::can::excitation;
 /// Longest excitation.
 const LONGEST: Duration = Duration::from_secs(20);
 
-/// Time at rest in a recording, before the motion and behind it.
+/// Time at rest before a recording.
 pub const REST: Duration = Duration::from_millis(200);
 
-/// Records these signals of an excitation of these settings 2020h around an angle, mdeg.
+/// Records these signals of an excitation of these settings 2020h around an angle, mdeg, and of the
+/// rest for a time before it and behind it.
 pub fn excite(
     client: &mut Client,
     centre_mdeg: i32,
-    signals: &[Signal],
+    (signals, rest): (&[Signal], Duration),
     settings: &[(u8, i32)],
 ) -> Result<Capture, CommissionError> {
     for (sub, value) in settings {
@@ -28,13 +29,14 @@ pub fn excite(
     }
     client.enable(1)?;
     arrive(client, centre_mdeg)?;
+    client.pause(REST)?;
     let (capture, moved) = record(client, signals, |client| {
-        client.pause(REST)?;
+        client.pause(rest)?;
         excitation::start(client)?;
         let done = wait(client);
         // One that has not ended is stopped; its error is more informative.
         let stopped = match &done {
-            Ok(()) => client.pause(REST),
+            Ok(()) => client.pause(rest),
             Err(_) => client.write("2020:1", "0"),
         };
         done.and(stopped)

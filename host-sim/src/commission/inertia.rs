@@ -2,6 +2,8 @@
 //! each for itself. The second one validates the first: what it contradicts is reported, and is not
 //! stored.
 
+use std::time::Duration;
+
 use super::excite::excite;
 use super::friction::Friction;
 use super::motor_fit::{Fitted, Fitting, Motor, Start};
@@ -87,7 +89,12 @@ pub fn measure(
         coulomb_nm: coulomb.value.max(0.0),
     };
     let mut fitted = |settings: &[(u8, i32)]| {
-        let samples = board.samples(&excite(client, centre_mdeg, &SIGNALS, settings)?);
+        let samples = board.samples(&excite(
+            client,
+            centre_mdeg,
+            (&SIGNALS, Duration::ZERO),
+            settings,
+        )?);
         let warm_k = winding_deg_c(client)? - COLD_DEG_C;
         Fitted::of(&samples, &Motor::of(cold, constant, warm_k), &start)
     };

@@ -11,7 +11,7 @@ use model_core::sensors::noise::Noise;
 
 use super::{
     CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits, Parameter, measure,
-    write,
+    tune, write,
 };
 use crate::can::client::Client;
 use crate::can::link::Link;
@@ -63,13 +63,13 @@ impl Link for Bench {
     }
 }
 
-const LIMITS: Limits = Limits {
+pub const LIMITS: Limits = Limits {
     range_mdeg: Some((-45_000, 45_000)),
     permille: 1000,
     rate_mdeg_s: 120_000,
 };
 
-fn client(options: &BoardPlantOptions, defects: Defects) -> Client {
+pub fn client(options: &BoardPlantOptions, defects: Defects) -> Client {
     client_within(options, defects, 45.0)
 }
 
@@ -87,7 +87,7 @@ fn client_within(options: &BoardPlantOptions, defects: Defects, limit_deg: f64) 
 }
 
 /// A small servo: torque constant, resistance and friction within a third of the bench's.
-fn secret(seed: u64) -> BoardPlantOptions {
+pub fn secret(seed: u64) -> BoardPlantOptions {
     let mut options = BoardPlantOptions::realistic(seed);
     let mut chance = Noise::new(seed, 41);
     let mut spread = || 1.0 + chance.gaussian(0.15).clamp(-0.33, 0.33);
@@ -245,16 +245,32 @@ fn only_the_write_changes_what_the_actuator_keeps() {
         let value = client.get(names::find("2011:2").expect("an object"));
         value.expect("a value").to_string()
     };
-    let before = model(&mut client);
+    const TUNED: [&str; 5] = ["60FB:1", "60F9:1", "60F9:3", "2013:2", "6083"];
+    let tuned = |client: &mut Client| {
+        TUNED.map(|object| {
+            let value = client.get(names::find(object).expect("an object"));
+            value.expect("a value").to_string()
+        })
+    };
+    let (before, tuned_before) = (model(&mut client), tuned(&mut client));
     let signal = client.integer("2031:2").expect("a signal");
     let kept = Kept::of(&mut client).expect("values");
-    let found = measure(&mut client, &LIMITS).expect("a good bench");
+    let mut found = measure(&mut client, &LIMITS).expect("a good bench");
+    found.tuning = Some(tune(&mut client, &found).expect("gains"));
+    assert_ne!(tuned(&mut client), tuned_before);
     kept.restore(&mut client).expect("the drive is off");
     assert_eq!(model(&mut client), before);
+    assert_eq!(tuned(&mut client), tuned_before);
     assert_eq!(client.integer("2031:2").expect("a signal"), signal);
     assert_eq!(client.integer("607D:2").expect("a limit"), 60_000);
     write(&mut client, &found).expect("it saves");
     assert_ne!(model(&mut client), before);
+    assert!(
+        found
+            .objects()
+            .iter()
+            .any(|(object, _)| *object == "2013:2")
+    );
     for (object, value) in found.objects() {
         let stored = client.get(names::find(object).expect("an object"));
         let stored = stored.expect("a value").to_string();
@@ -318,28 +334,4 @@ fn without_a_range_the_stops_are_found_and_the_range_lies_within_them() {
     );
     let error = error.expect_err("no stop").to_string();
     assert!(error.contains("no stop within 360 deg"), "{error}");
-}
-
-#[test]
-fn explore() {
-    for seed in 0..20 {
-        let options = secret(seed);
-        let mut client = client(&options, Defects::default());
-        let found = measure(&mut client, &LIMITS).expect("a good bench");
-        let begin = std::time::Instant::now();
-        let tuning = super::tune(&mut client, &found).expect("a tuning");
-        println!("{:?}", found.dynamics);
-        println!("--- {seed} {:?}", begin.elapsed());
-        let p = tuning.proposal.clone().expect("gains");
-        println!("{:?} {:?}", p.predicted, p.measured);
-        for line in &p.lines {
-            println!(
-                "{:6.2} T {:7.2} {:7.2} dB {:7.1} {:7.1} deg  G {:6.2} dB {:6.1} deg +- {:.3}",
-                line.frequency_hz, line.gain_db[0], line.gain_db[1], line.phase_deg[0],
-                line.phase_deg[1], line.motor[0], line.motor[1], line.motor_error
-            );
-        }
-        println!("{:?} {:?}", p.step, p.moves);
-        println!("{:?}", tuning.objects());
-    }
 }

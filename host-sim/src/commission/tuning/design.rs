@@ -13,10 +13,10 @@ use std::f64::consts::TAU;
 use model_core::control::parameters::ControlParameters;
 use model_core::control::pwm_timer::PWM_COUNTS;
 
-use super::Margins;
-use super::response::{LINES, Multisine};
 use super::super::Estimate;
 use super::super::winding::{Driven, Winding};
+use super::Margins;
+use super::response::{LINES, Multisine};
 use crate::analysis::frequency::bisect;
 use crate::analysis::linear_models::{Loop, Motor, Timing};
 use crate::tune::{self, Goal, InnerLoop, TuneRequest, Tuning};
@@ -92,13 +92,29 @@ impl Identified {
         }
     }
 
-    /// The motors at the corners of the box, and the middle one.
-    fn motors(&self) -> Vec<Motor> {
-        let corner = |bits: u32| {
-            std::array::from_fn(|i| if bits >> i & 1 == 0 { -REACH } else { REACH })
+    /// The motors at the corners of the least rectangle of gain and time constant that contains
+    /// all of the box, and the middle one.
+    fn motors(&self) -> [Motor; 5] {
+        let middle = self.motor([0.0; 5]);
+        let corner =
+            |bits: u32| std::array::from_fn(|i| if bits >> i & 1 == 0 { -REACH } else { REACH });
+        let (mut low, mut high) = (middle, middle);
+        for motor in (0..32).map(|bits| self.motor(corner(bits))) {
+            low.motor_gain = low.motor_gain.min(motor.motor_gain);
+            high.motor_gain = high.motor_gain.max(motor.motor_gain);
+            let tau_s = motor.motor_time_constant_s;
+            low.motor_time_constant_s = low.motor_time_constant_s.min(tau_s);
+            high.motor_time_constant_s = high.motor_time_constant_s.max(tau_s);
+        }
+        let slow = |motor| Motor {
+            motor_time_constant_s: high.motor_time_constant_s,
+            ..motor
         };
-        let corners = (0..32).map(|bits| self.motor(corner(bits)));
-        corners.chain([self.motor([0.0; 5])]).collect()
+        let fast = |motor| Motor {
+            motor_time_constant_s: low.motor_time_constant_s,
+            ..motor
+        };
+        [middle, slow(low), fast(low), slow(high), fast(high)]
     }
 
     /// The timing with the delay at its value plus so many standard errors.
@@ -109,12 +125,14 @@ impl Identified {
         }
     }
 
-    /// Least margins of the box and highest crossing; `None` if a loop is unstable. A longer delay decreases both. Along each side of the box gain and pole change in one sense,
-    /// so that the least margins are those of corners.
+    /// Least margins of the box and highest crossing; `None` if a loop is unstable. A longer delay
+    /// decreases both margins, and along each side of the rectangle the least are at its ends.
     pub fn least(&self, control: &ControlParameters) -> Option<Margins> {
         let timing = self.timing(REACH);
         let motors = self.motors();
-        let margins = motors.iter().map(|motor| Margins::of(motor, control, &timing));
+        let margins = motors
+            .iter()
+            .map(|motor| Margins::of(motor, control, &timing));
         let least = |a: Margins, b: Margins| Margins {
             phase_deg: a.phase_deg.min(b.phase_deg),
             gain_db: a.gain_db.min(b.gain_db),

@@ -118,7 +118,10 @@ pub struct Tuning {
 impl Tuning {
     /// The objects that are stored, and their values.
     pub fn objects(&self) -> Vec<(&'static str, f64)> {
-        let proposal = self.proposal.iter().filter(|_| self.disagreements.is_empty());
+        let proposal = self
+            .proposal
+            .iter()
+            .filter(|_| self.disagreements.is_empty());
         let mut objects: Vec<_> = proposal.flat_map(|p| p.gains.clone()).collect();
         if !objects.is_empty() && self.without_forward.is_none() {
             objects.extend(FORWARD.map(|object| (object, f64::from(WHOLE))));
@@ -156,13 +159,17 @@ const OTHERS: [(&str, Field); 6] = [
     ("60F9:6", |control| &mut control.duty_limit_pct),
     ("60F9:7", |control| &mut control.duty_slew_pct_s),
     ("60FB:2", |control| &mut control.rate_command_limit_up_deg_s),
-    ("60FB:3", |control| &mut control.rate_command_limit_down_deg_s),
+    ("60FB:3", |control| {
+        &mut control.rate_command_limit_down_deg_s
+    }),
 ];
 
 /// The objects that the tuning changes.
 pub fn changed() -> impl Iterator<Item = &'static str> {
     let gains = GAINS.into_iter().map(|(object, _)| object);
-    let model = ["2011:1", "2011:2", "2011:4", "2011:5", "2011:6", "6083", "6084"];
+    let model = [
+        "2011:1", "2011:2", "2011:4", "2011:5", "2011:6", "6083", "6084",
+    ];
     gains.chain(model).chain(FORWARD)
 }
 
@@ -200,7 +207,11 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
         control: control(client)?,
         values: values(client)?,
     };
-    let predicted = Margins::of(&identified.motor([0.0; 5]), &twin.control, &identified.timing(0.0));
+    let predicted = Margins::of(
+        &identified.motor([0.0; 5]),
+        &twin.control,
+        &identified.timing(0.0),
+    );
     let least = identified.least(&twin.control);
     let Some((predicted, least)) = predicted.zip(least) else {
         return refuse(STEP, "the rounded gains have no margins");
@@ -213,7 +224,10 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
     disagreements.extend(step.disagreement("a step"));
     let contradiction = findings.dynamics.contradictions.first();
     let (moves, without_forward) = match contradiction {
-        Some(found) => (None, Some(format!("the model is contradicted: {}", found.text))),
+        Some(found) => (
+            None,
+            Some(format!("the model is contradicted: {}", found.text)),
+        ),
         None => {
             let moves = moves(client, centre_mdeg, &identified, &mut twin)?;
             (Some(moves), moves.disagreement("moves with feed-forward"))
@@ -317,7 +331,11 @@ fn write(client: &mut Client, objects: &[(&str, f64)]) -> Result<(), ClientError
 }
 
 fn records(capture: &Capture) -> Vec<Record> {
-    capture.records.iter().map(|values| Record::of(values)).collect()
+    capture
+        .records
+        .iter()
+        .map(|values| Record::of(values))
+        .collect()
 }
 
 /// The angle as the object of an amplitude, mdeg.
@@ -343,7 +361,7 @@ fn sweep(
         (11, LINES as i32),
         (12, sine.periods as i32),
     ];
-    let records = records(&excite(client, centre_mdeg, &SIGNALS, &settings)?);
+    let records = records(&excite(client, centre_mdeg, (&SIGNALS, REST), &settings)?);
     let supply_v = records.iter().map(|record| record.supply_v).sum::<f64>();
     twin.plant.drivetrain.electrical.supply_v = supply_v / records.len() as f64;
     let followed = twin.follow(&records);
@@ -351,7 +369,10 @@ fn sweep(
     let start = verify::start(&records);
     let of = |records: &[Record]| Response::of(records, &sine, start);
     let Some((measured, predicted)) = of(&records).zip(of(&followed)) else {
-        return refuse(STEP, format!("{} records of the sweep are too few", records.len()));
+        return refuse(
+            STEP,
+            format!("{} records of the sweep are too few", records.len()),
+        );
     };
     Ok(verify::lines(&sine, &measured, &predicted))
 }
@@ -361,7 +382,10 @@ fn step(client: &mut Client, centre_mdeg: i32, twin: &Twin) -> Result<Motion, Co
     let pct_deg = twin.control.position_gain * twin.control.proportional_gain;
     let amplitude_mdeg = mdeg(DUTY_PCT / pct_deg, (LEAST_STEP_DEG, STEP_DEG));
     let settings = [(3, 0), (4, amplitude_mdeg), (8, STEP_MS), (12, 1)];
-    motion(&excite(client, centre_mdeg, &SIGNALS, &settings)?, twin)
+    motion(
+        &excite(client, centre_mdeg, (&SIGNALS, REST), &settings)?,
+        twin,
+    )
 }
 
 /// Moves by the profile of the axis to both sides, with feed-forward.

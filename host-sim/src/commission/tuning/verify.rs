@@ -8,8 +8,9 @@ use model_core::parameter::ParameterError;
 use super::Margins;
 use super::design::Identified;
 use super::response::{LINES, Multisine, Response};
-use super::twin::{Record, Twin};
+use super::twin::{DELAY_S, Record, Twin};
 use crate::analysis::frequency::decibel;
+use crate::analysis::linear_models::Timing;
 
 /// Largest difference of the margins: the promise of the prediction.
 pub const PHASE_DEG: f64 = 2.0;
@@ -56,7 +57,9 @@ pub fn margins(
     lines: &[Line],
     crossing_hz: f64,
 ) -> Option<Margins> {
-    let near = lines.iter().filter(|line| line.frequency_hz >= crossing_hz / 2.0);
+    let near = lines
+        .iter()
+        .filter(|line| line.frequency_hz >= crossing_hz / 2.0);
     // Gain in dB, and delay: means weighted by the errors of the lines.
     let mut sums = [(0.0, 0.0); 2];
     for line in near {
@@ -68,9 +71,12 @@ pub fn margins(
         sums[1].1 += weight * rad_s * rad_s;
     }
     let [gain_db, delay_s] = sums.map(|(products, squares)| products / squares);
-    let (mut motor, mut timing) = (identified.motor([0.0; 5]), identified.timing(0.0));
+    let mut motor = identified.motor([0.0; 5]);
     motor.motor_gain *= 10.0_f64.powf(gain_db / 20.0);
-    timing.duty_delay_s = (timing.duty_delay_s + delay_s).max(0.0);
+    let timing = Timing {
+        duty_delay_s: (DELAY_S + delay_s).max(0.0),
+        ..Timing::default()
+    };
     Margins::of(&motor, &twin.control, &timing)
 }
 
@@ -104,8 +110,20 @@ pub fn of_sweep(lines: &[Line], predicted: &Margins, measured: Option<&Margins>)
         return found;
     };
     let differences = [
-        ("phase margin", "deg", measured.phase_deg, predicted.phase_deg, PHASE_DEG),
-        ("gain margin", "dB", measured.gain_db, predicted.gain_db, GAIN_DB),
+        (
+            "phase margin",
+            "deg",
+            measured.phase_deg,
+            predicted.phase_deg,
+            PHASE_DEG,
+        ),
+        (
+            "gain margin",
+            "dB",
+            measured.gain_db,
+            predicted.gain_db,
+            GAIN_DB,
+        ),
     ];
     for (name, unit, measured, predicted, most) in differences {
         if (measured - predicted).abs() > most {
@@ -140,7 +158,9 @@ impl Motion {
         let command = |record: &Record| f64::from(record.command_mdeg) * 1e-3;
         let start = start(records);
         let (records, predicted, other) = (&records[start..], &predicted[start..], &other[start..]);
-        let error = records.iter().map(|record| record.angle_deg - command(record));
+        let error = records
+            .iter()
+            .map(|record| record.angle_deg - command(record));
         Ok(Self {
             difference_deg: rms(differences(records, predicted)),
             limit_deg: rms(differences(other, predicted)) + COUNT_DEG,
@@ -165,14 +185,21 @@ impl Motion {
 /// The place of the first change of the command.
 pub fn start(records: &[Record]) -> usize {
     let changes = |pair: &[Record]| pair[0].command_mdeg != pair[1].command_mdeg;
-    records.windows(2).position(changes).map_or(0, |place| place + 1)
+    records
+        .windows(2)
+        .position(changes)
+        .map_or(0, |place| place + 1)
 }
 
 fn differences(one: &[Record], other: &[Record]) -> impl Iterator<Item = f64> {
-    one.iter().zip(other).map(|(a, b)| a.angle_deg - b.angle_deg)
+    one.iter()
+        .zip(other)
+        .map(|(a, b)| a.angle_deg - b.angle_deg)
 }
 
 fn rms(values: impl Iterator<Item = f64>) -> f64 {
-    let (count, sum) = values.fold((0.0, 0.0), |(count, sum), value| (count + 1.0, sum + value * value));
+    let (count, sum) = values.fold((0.0, 0.0), |(count, sum), value| {
+        (count + 1.0, sum + value * value)
+    });
     (sum / count).sqrt()
 }
