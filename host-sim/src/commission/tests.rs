@@ -23,12 +23,21 @@ struct Bench {
     node: NativeNode<'static>,
     /// The shaft must not be beyond this angle, deg.
     limit_deg: f64,
+    /// An angle at which the shaft sticks when it passes it first, deg, and until when, us.
+    sticks: Option<(f64, Option<u64>)>,
 }
 
 impl Bench {
     /// A control period, in which the shaft is within the range.
     fn step(&mut self) {
         self.node.step(self.node.next_us());
+        let now_us = self.node.next_us();
+        if let Some((at_deg, until_us)) = &mut self.sticks {
+            if until_us.is_none() && self.node.angle_deg() > *at_deg {
+                *until_us = Some(now_us + 600_000);
+            }
+            self.node.defects().is_jammed = until_us.is_some_and(|until_us| now_us < until_us);
+        }
         let angle_deg = self.node.angle_deg();
         assert!(angle_deg.abs() <= self.limit_deg, "{angle_deg} deg");
     }
@@ -74,12 +83,24 @@ pub fn client(options: &BoardPlantOptions, defects: Defects) -> Client {
 }
 
 fn client_within(options: &BoardPlantOptions, defects: Defects, limit_deg: f64) -> Client {
+    client_of(options, defects, limit_deg, None)
+}
+
+/// That of a shaft that sticks for 0.6 s when it first passes an angle, deg.
+fn client_of(
+    options: &BoardPlantOptions,
+    defects: Defects,
+    limit_deg: f64,
+    sticks_at_deg: Option<f64>,
+) -> Client {
+    let sticks = sticks_at_deg.map(|at_deg| (at_deg, None));
     let buffer = Box::leak(Box::new([0; CAPTURE_VALUES]));
     let mut node = NativeNode::new(1, NodeId::new(1), options, buffer).expect("a plant");
     *node.defects() = defects;
     let mut bench = Bench {
         node,
         limit_deg: limit_deg.min(options.drivetrain.gear_train.hard_stop_deg),
+        sticks,
     };
     // The start of the node.
     bench.pause(Duration::from_millis(100)).expect("no input");
@@ -334,4 +355,18 @@ fn without_a_range_the_stops_are_found_and_the_range_lies_within_them() {
     );
     let error = error.expect_err("no stop").to_string();
     assert!(error.contains("no stop within 360 deg"), "{error}");
+}
+
+#[test]
+fn a_shaft_that_sticks_is_not_at_its_stop() {
+    const FIND: Limits = Limits {
+        range_mdeg: None,
+        ..LIMITS
+    };
+    let mut options = secret(1);
+    options.drivetrain.gear_train.hard_stop_deg = 75.0;
+    let mut client = client_of(&options, Defects::default(), 75.0, Some(40.0));
+    let error = measure(&mut client, &FIND).expect_err("no stop at 40 deg");
+    let error = error.to_string();
+    assert!(error.contains("it sticks"), "{error}");
 }
