@@ -93,7 +93,8 @@ pub struct Findings {
 
 impl Findings {
     /// The objects in which the findings are stored, and their values. Friction has one value for
-    /// both directions; what is not known from zero, or contradicted, is not stored.
+    /// both directions; what is not known from zero, or contradicted, is not stored. Where the
+    /// viscous friction is not, the Coulomb friction is that beside the present one.
     pub fn objects(&self) -> Vec<(&'static str, f64)> {
         let agrees = |parameter| {
             let mut others = self.dynamics.contradictions.iter();
@@ -108,7 +109,10 @@ impl Findings {
         }
         let Friction { upward, downward } = self.friction;
         let viscous = upward.viscous_nm_s.mean(downward.viscous_nm_s);
-        let coulomb = upward.coulomb_nm.mean(downward.coulomb_nm);
+        let coulomb = match viscous.is_known() {
+            true => upward.coulomb_nm.mean(downward.coulomb_nm),
+            false => (upward.coulomb_beside_nm).mean(downward.coulomb_beside_nm),
+        };
         if viscous.is_known() {
             objects.push(("2011:5", viscous.value));
         }
@@ -179,7 +183,8 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
     let runs = runs::measure(client, (range_mdeg, limits.rate_mdeg_s), &board)?;
     resistance::check(&cold, &runs.runs)?;
     let constant = runs.back_emf_per_rate()?;
-    let friction = friction::measure(&runs, &cold, constant)?;
+    let held_nm_s = samples::real(client, "2011:5")?;
+    let friction = friction::measure(&runs, &cold, constant, held_nm_s)?;
     let dynamics = inertia::measure(client, range_mdeg, &board, (&cold, constant, &friction))?;
     client.quick_stop()?;
     let ratio = samples::real(client, "2011:3")?;

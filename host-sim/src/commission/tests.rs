@@ -370,3 +370,36 @@ fn a_shaft_that_sticks_is_not_at_its_stop() {
     let error = error.to_string();
     assert!(error.contains("it sticks"), "{error}");
 }
+
+/// With the Coulomb friction of the free fit the pair would be a fifth too great here.
+#[test]
+fn the_stored_pair_of_frictions_makes_the_torque_of_the_runs() {
+    let held_nm_s = 0.01;
+    for seed in 0..3 {
+        let options = secret(seed);
+        let mut client = client(&options, Defects::default());
+        let text = f64::to_string(&held_nm_s);
+        client.write("2011:5", &text).expect("in range");
+        let found = measure(&mut client, &LIMITS).expect("a good bench");
+        let objects = found.objects();
+        let value = |name| objects.iter().find(|(object, _)| *object == name);
+        assert_eq!(value("2011:5"), None, "bench {seed}");
+        let (_, coulomb_nm) = *value("2011:6").expect("it is known");
+        let DrivetrainParameters {
+            gear_train,
+            friction,
+            ..
+        } = options.drivetrain;
+        // About the mean over time of runs of equal ways at 30 to 120 deg/s.
+        let (mean_rad_s, viscous_nm_s) = (
+            50.0_f64.to_radians(),
+            friction.viscous_friction_nm_s_deg.to_degrees(),
+        );
+        let truth_nm = friction.coulomb_friction_nm
+            + gear_train.bearing_friction_nm
+            + viscous_nm_s * mean_rad_s;
+        let stored_nm = coulomb_nm + held_nm_s * mean_rad_s;
+        let relative = stored_nm / truth_nm;
+        assert!((relative - 1.0).abs() < 0.05, "bench {seed}: {relative}");
+    }
+}
