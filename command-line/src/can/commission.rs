@@ -11,18 +11,22 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
 use host_sim::can::client::Client;
-use host_sim::commission::{self, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits};
+use host_sim::commission::{
+    self, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Tuning,
+};
 
 /// Checks the wiring of an actuator, measures its motor, and saves the parameters with the range
 ///
-/// The shaft moves for less than a minute, and before that to its stops where --range is not given.
-/// Pulses of growing torque show the senses of motor,
-/// encoder and current, and give the resistance; runs at constant rate in both directions within
-/// --range give the torque constant by the gear ratio of 2011h:3, and friction; two excitations
-/// give inertia and delay. What is wrong or cannot be identified is refused with exit status 3, and
-/// nothing is written; otherwise 607Dh and 2011h:1, 2, 4, 5 and 6 are written, and all parameters
-/// are saved (1010h). A value that a second measurement contradicts, and a viscous friction that is
-/// not known from zero, are reported and not written.
+/// The shaft moves for less than two minutes, and before that to its stops where --range is not
+/// given. Pulses of growing torque show the senses of motor, encoder and current, and give the
+/// resistance; runs at constant rate in both directions within --range give the torque constant by
+/// the gear ratio of 2011h:3, and friction; two excitations give inertia and delay. Gains with
+/// their margins for all motors within the standard errors follow, which a sweep and a step in the
+/// closed loop verify, and the feed-forward 2013h, which moves verify. What is wrong or cannot be
+/// identified is refused with exit status 3, and nothing is written; otherwise 607Dh, 2011h:1, 2,
+/// 4, 5 and 6, 60FBh:1, 60F9h:1 to 3 and 2013h:1 and 2 are written, and all parameters are saved
+/// (1010h). A value that a second measurement contradicts, a viscous friction that is not known
+/// from zero, and gains whose loop is not as predicted are reported and not written.
 #[derive(Debug, Args)]
 pub struct Commission {
     /// Range of the angle, deg; without it the stops are found at half of --current
@@ -34,6 +38,9 @@ pub struct Commission {
     /// Highest rate, deg/s
     #[arg(long, value_name = "DEG_S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(40..=2000))]
     rate: u16,
+    /// Keeps gains and feed-forward
+    #[arg(long)]
+    no_tuning: bool,
     /// Writes and saves nothing
     #[arg(long)]
     dry_run: bool,
@@ -49,7 +56,13 @@ impl Commission {
     pub fn run(&self) -> Result<(), Error> {
         let limits = self.limits()?;
         let mut client = self.at.open()?;
-        let measure = |client: &mut Client| commission::measure(client, &limits);
+        let measure = |client: &mut Client| {
+            let mut findings = commission::measure(client, &limits)?;
+            if !self.no_tuning {
+                findings.tuning = Some(commission::tune(client, &findings)?);
+            }
+            Ok::<_, CommissionError>(findings)
+        };
         let kept = Kept::of(&mut client)?;
         let findings = client.supervised(interrupt::stop()?, measure, Client::quick_stop);
         let restored = kept.restore(&mut client);
@@ -127,6 +140,9 @@ fn table(findings: &Findings, is_dry: bool) -> String {
     for contradiction in &dynamics.contradictions {
         let _ = writeln!(text, "contradiction: {}", contradiction.text);
     }
+    if let Some(tuning) = &findings.tuning {
+        write_tuning(&mut text, tuning);
+    }
     let objects: Vec<_> = findings
         .objects()
         .iter()
@@ -137,6 +153,39 @@ fn table(findings: &Findings, is_dry: bool) -> String {
         false => writeln!(text, "written and saved: 607D, {}", objects.join(", ")),
     };
     text
+}
+
+/// Predicted margins and measured ones, and what disagrees.
+fn write_tuning(text: &mut String, tuning: &Tuning) {
+    if let Some(proposal) = &tuning.proposal {
+        let margins = [
+            ("predicted", Some(proposal.predicted)),
+            ("least of all motors", Some(proposal.least)),
+            ("by the sweep", proposal.measured),
+        ];
+        for (name, margins) in margins {
+            let Some(margins) = margins else { continue };
+            let (phase_deg, gain_db) = (margins.phase_deg, margins.gain_db);
+            let name = format!("margins {name}");
+            let _ = writeln!(text, "{name:<28}{phase_deg:.1} deg, {gain_db:.1} dB");
+        }
+        let motions = [("step", Some(proposal.step)), ("moves", proposal.moves)];
+        for (name, motion) in motions {
+            let Some(motion) = motion else { continue };
+            let name = format!("{name} against model, deg");
+            let (rms_deg, most_deg) = (motion.difference_deg, motion.limit_deg);
+            let _ = writeln!(
+                text,
+                "{name:<28}{rms_deg:.3} rms, expected below {most_deg:.3}"
+            );
+        }
+    }
+    for why in &tuning.disagreements {
+        let _ = writeln!(text, "gains not written: {why}");
+    }
+    if let Some(why) = &tuning.without_forward {
+        let _ = writeln!(text, "feed-forward not written: {why}");
+    }
 }
 
 impl From<CommissionError> for Error {

@@ -30,6 +30,9 @@ pub struct Direction {
     pub coulomb_nm: Estimate,
     /// Viscous friction, Nm s/rad.
     pub viscous_nm_s: Estimate,
+    /// Coulomb friction beside the viscous friction of 2011h:5, Nm: together they make the current
+    /// of the runs too.
+    pub coulomb_beside_nm: Estimate,
 }
 
 /// Friction in both directions.
@@ -41,11 +44,12 @@ pub struct Friction {
     pub downward: Direction,
 }
 
-/// Friction of the runs, with the back-EMF per rate.
+/// Friction of the runs, with the back-EMF per rate, and with the viscous friction of 2011h:5.
 pub fn measure(
     runs: &Runs,
     cold: &Cold,
     back_emf_per_rate: Estimate,
+    held_nm_s: f64,
 ) -> Result<Friction, CommissionError> {
     let of = |sign: f64| {
         let runs: Vec<&Run> = runs
@@ -53,7 +57,7 @@ pub fn measure(
             .iter()
             .filter(|r| r.rate_rad_s * sign > 0.0)
             .collect();
-        direction(&runs, sign, cold, back_emf_per_rate)
+        direction(&runs, sign, cold, (back_emf_per_rate, held_nm_s))
     };
     let friction = Friction {
         upward: of(1.0)?,
@@ -79,10 +83,14 @@ fn direction(
     runs: &[&Run],
     sign: f64,
     cold: &Cold,
-    constant: Estimate,
+    (constant, held_nm_s): (Estimate, f64),
 ) -> Result<Direction, CommissionError> {
     let points = points(runs, sign, &cold.winding, constant.value);
-    let Some(found) = regression(&points) else {
+    let held_a = held_nm_s / constant.value;
+    let beside = points.iter();
+    let beside = beside.map(|([one, rate, change], a)| ([*one, *change], a - held_a * rate));
+    let found = regression(&points).zip(regression(&beside.collect::<Vec<_>>()));
+    let Some((found, beside)) = found else {
         return refuse(STEP, "too few rates for a line");
     };
     let gains = constant.relative().hypot(cold.resistance_ohm.relative());
@@ -100,6 +108,7 @@ fn direction(
     Ok(Direction {
         coulomb_nm: torque(found.estimate(0), 0.0),
         viscous_nm_s: torque(found.estimate(1), braking_nm_s * voltages),
+        coulomb_beside_nm: torque(beside.estimate(0), 0.0),
     })
 }
 

@@ -4,14 +4,13 @@
 
 use std::time::Duration;
 
+use super::excite::excite;
 use super::friction::Friction;
 use super::motor_fit::{Fitted, Fitting, Motor, Start};
 use super::resistance::{COLD_DEG_C, Cold, winding_deg_c};
-use super::runs::arrive;
-use super::samples::{Board, SIGNALS, Sample, real};
-use super::{CommissionError, Estimate, record};
-use crate::can::client::{Client, ClientError};
-use crate::can::excitation;
+use super::samples::{Board, SIGNALS, real};
+use super::{CommissionError, Estimate};
+use crate::can::client::Client;
 
 /// An excitation: its name, and the values of the sub-indices of 2020h.
 type Excitation = (&'static str, &'static [(u8, i32)]);
@@ -35,21 +34,6 @@ const MULTISINE: Excitation = (
     &[(3, 9), (4, 2_000), (5, 400), (11, 8), (12, 2)],
 );
 
-/// The objects that the excitations change.
-pub fn changed() -> Vec<String> {
-    let settings = CHIRP.1.iter().chain(MULTISINE.1);
-    let mut subs: Vec<u8> = settings.map(|(sub, _)| *sub).collect();
-    subs.sort_unstable();
-    subs.dedup();
-    subs.iter().map(|sub| format!("2020:{sub}")).collect()
-}
-
-/// Longest excitation.
-const LONGEST: Duration = Duration::from_secs(10);
-
-/// Time at rest before each excitation.
-const REST: Duration = Duration::from_millis(200);
-
 /// Standard errors from the middle of an interval of 95 % to its ends.
 const INTERVAL: f64 = 2.0;
 
@@ -60,7 +44,8 @@ pub struct Dynamics {
     pub inertia_kg_m2: Estimate,
     /// Time from the control period that decides a duty to that which measures its first effect, s.
     pub delay_s: Estimate,
-    /// Free play of the output, deg: of the fit alone.
+    /// Free play of the output, deg: mean of the fits by their standard errors, 0 if they do not
+    /// determine it.
     pub backlash_deg: f64,
     /// Two measurements of one parameter whose intervals do not overlap.
     pub contradictions: Vec<Contradiction>,
@@ -104,7 +89,13 @@ pub fn measure(
         coulomb_nm: coulomb.value.max(0.0),
     };
     let mut fitted = |settings: &[(u8, i32)]| {
-        let (samples, warm_k) = excite(client, centre_mdeg, board, settings)?;
+        let samples = board.samples(&excite(
+            client,
+            centre_mdeg,
+            (&SIGNALS, Duration::ZERO),
+            settings,
+        )?);
+        let warm_k = winding_deg_c(client)? - COLD_DEG_C;
         Fitted::of(&samples, &Motor::of(cold, constant, warm_k), &start)
     };
     let (one, other) = (fitted(CHIRP.1)?, fitted(MULTISINE.1)?);
@@ -129,9 +120,19 @@ pub fn measure(
     Ok(Dynamics {
         inertia_kg_m2: one.inertia_kg_m2.whole(),
         delay_s: one.delay_s.whole(),
-        backlash_deg: one.backlash_deg,
+        backlash_deg: weighted([one.backlash_deg, other.backlash_deg]),
         contradictions: contradictions.into_iter().flatten().collect(),
     })
+}
+
+/// The mean of what is known, weighted by the standard errors.
+fn weighted(values: [Option<Estimate>; 2]) -> f64 {
+    let weighted = values.into_iter().flatten().map(|estimate| {
+        let weight = estimate.standard_error.powi(-2);
+        (weight, weight * estimate.value)
+    });
+    let (weights, sum) = weighted.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
+    if weights > 0.0 { sum / weights } else { 0.0 }
 }
 
 /// The contradiction of two values whose intervals of 95 % do not overlap.
@@ -150,48 +151,6 @@ fn contradiction(
             one.value, one.standard_error, sources.0, other.value, other.standard_error, sources.1
         ),
     })
-}
-
-/// The samples of an excitation, and by how much the winding was warmer than 25 deg C, K.
-fn excite(
-    client: &mut Client,
-    centre_mdeg: i32,
-    board: &Board,
-    settings: &[(u8, i32)],
-) -> Result<(Vec<Sample>, f64), CommissionError> {
-    for (sub, value) in settings {
-        client.write(&format!("2020:{sub}"), &value.to_string())?;
-    }
-    client.enable(1)?;
-    arrive(client, centre_mdeg)?;
-    client.pause(REST)?;
-    let (capture, moved) = record(client, &SIGNALS, |client| {
-        excitation::start(client)?;
-        let done = wait(client);
-        // One that has not ended is stopped; its error is more informative.
-        let stopped = match &done {
-            Ok(()) => Ok(()),
-            Err(_) => client.write("2020:1", "0"),
-        };
-        done.and(stopped)
-    })?;
-    moved?;
-    let warm_k = winding_deg_c(client)? - COLD_DEG_C;
-    Ok((board.samples(&capture), warm_k))
-}
-
-fn wait(client: &mut Client) -> Result<(), ClientError> {
-    let step = Duration::from_millis(20);
-    for _ in 0..LONGEST.as_millis() / step.as_millis() {
-        client.pause(step)?;
-        if client.status()? & 0x6F != 0x27 {
-            break;
-        }
-        if client.integer("2020:2")? == 0 {
-            return Ok(());
-        }
-    }
-    client.fail_in_state("expected the excitation to end")
 }
 
 #[cfg(test)]

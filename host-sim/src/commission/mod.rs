@@ -2,6 +2,7 @@
 //! the resistance, runs at constant rate torque constant and friction, excitations inertia and
 //! delay. Nothing is saved before all steps have succeeded.
 
+mod excite;
 mod friction;
 mod inertia;
 mod motor_fit;
@@ -12,6 +13,7 @@ mod samples;
 mod stops;
 #[cfg(test)]
 mod tests;
+mod tuning;
 mod winding;
 mod winding_fit;
 mod wiring;
@@ -25,6 +27,7 @@ use crate::can::client::{Client, ClientError};
 pub use friction::{Direction, Friction};
 pub use inertia::{Contradiction, Dynamics, Parameter};
 pub use stops::LEAST_MDEG as LEAST_RANGE_MDEG;
+pub use tuning::{Margins, Proposal, Tuning, tune};
 pub use wiring::{Pulse, judge};
 pub use write::{Kept, write};
 
@@ -72,6 +75,8 @@ pub struct Findings {
     pub range_mdeg: (i32, i32),
     /// Resistance of winding, brushes and bridge at 25 deg C, ohm.
     pub resistance_ohm: Estimate,
+    /// Inductance of the winding, H.
+    pub inductance_h: f64,
     /// Torque constant of the motor by the gear ratio 2011h:3, Nm/A.
     pub torque_constant_nm_a: Estimate,
     /// Friction at the output.
@@ -82,11 +87,14 @@ pub struct Findings {
     pub least_supply_v: f64,
     /// Highest temperature of the board, deg C.
     pub temperature_deg_c: f64,
+    /// The gains, after [`tune`].
+    pub tuning: Option<Tuning>,
 }
 
 impl Findings {
     /// The objects in which the findings are stored, and their values. Friction has one value for
-    /// both directions; what is not known from zero, or contradicted, is not stored.
+    /// both directions; what is not known from zero, or contradicted, is not stored. Where the
+    /// viscous friction is not, the Coulomb friction is that beside the present one.
     pub fn objects(&self) -> Vec<(&'static str, f64)> {
         let agrees = |parameter| {
             let mut others = self.dynamics.contradictions.iter();
@@ -101,13 +109,17 @@ impl Findings {
         }
         let Friction { upward, downward } = self.friction;
         let viscous = upward.viscous_nm_s.mean(downward.viscous_nm_s);
-        let coulomb = upward.coulomb_nm.mean(downward.coulomb_nm);
+        let coulomb = match viscous.is_known() {
+            true => upward.coulomb_nm.mean(downward.coulomb_nm),
+            false => (upward.coulomb_beside_nm).mean(downward.coulomb_beside_nm),
+        };
         if viscous.is_known() {
             objects.push(("2011:5", viscous.value));
         }
         if coulomb.is_known() && agrees(Parameter::Coulomb) {
             objects.push(("2011:6", coulomb.value));
         }
+        objects.extend(self.tuning.iter().flat_map(Tuning::objects));
         objects
     }
 }
@@ -171,18 +183,21 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
     let runs = runs::measure(client, (range_mdeg, limits.rate_mdeg_s), &board)?;
     resistance::check(&cold, &runs.runs)?;
     let constant = runs.back_emf_per_rate()?;
-    let friction = friction::measure(&runs, &cold, constant)?;
+    let held_nm_s = samples::real(client, "2011:5")?;
+    let friction = friction::measure(&runs, &cold, constant, held_nm_s)?;
     let dynamics = inertia::measure(client, range_mdeg, &board, (&cold, constant, &friction))?;
     client.quick_stop()?;
     let ratio = samples::real(client, "2011:3")?;
     Ok(Findings {
         range_mdeg,
         resistance_ohm: cold.resistance_ohm,
+        inductance_h: cold.winding.inductance_h,
         torque_constant_nm_a: constant.over(ratio),
         friction,
         dynamics,
         least_supply_v: runs.least_supply_v,
         temperature_deg_c: runs.temperature_deg_c,
+        tuning: None,
     })
 }
 

@@ -93,8 +93,8 @@ pub struct Fitted {
     pub delay_s: Fitting,
     /// Coulomb friction, Nm, where the recording determines it.
     pub coulomb_nm: Option<Fitting>,
-    /// Free play, deg.
-    pub backlash_deg: f64,
+    /// Free play, deg, where the recording determines it.
+    pub backlash_deg: Option<Estimate>,
 }
 
 const INERTIA: &str = "motor_inertia_kg_m2";
@@ -143,7 +143,7 @@ impl Fitted {
             inertia_kg_m2: fitting(INERTIA)?,
             delay_s: fitting(DELAY)?,
             coulomb_nm: fitting(COULOMB).ok(),
-            backlash_deg: here.value(BACKLASH).unwrap_or(0.0),
+            backlash_deg: determined(&here, BACKLASH).ok(),
         })
     }
 }

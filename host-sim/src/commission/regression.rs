@@ -55,7 +55,7 @@ pub fn regression<const N: usize>(rows: &[([f64; N], f64)]) -> Option<Regression
 const REGULAR: f64 = 1e-12;
 
 /// The inverse of a symmetric positive matrix, by Gauss and Jordan; `None` for a singular one.
-pub fn inverse<const N: usize>(matrix: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
+fn inverse<const N: usize>(matrix: [[f64; N]; N]) -> Option<[[f64; N]; N]> {
     let mut left = matrix;
     let mut right: [[f64; N]; N] =
         std::array::from_fn(|i| std::array::from_fn(|j| if i == j { 1.0 } else { 0.0 }));

@@ -1,8 +1,10 @@
 //! The stops of the shaft, where no range is given: a limited torque turns it slowly until it
-//! stands, in one direction and then in the other.
+//! stands, in one direction and then in the other. A shaft that only sticks stands too: each stop
+//! is approached a second time, from within.
 
 use std::time::Duration;
 
+use super::runs::arrive;
 use super::write::write_range;
 use super::{CommissionError, Limits, refuse};
 use crate::can::client::Client;
@@ -19,6 +21,13 @@ const SHARE: i32 = 2;
 /// the greatest rate, and three counts of the encoder. It is shorter than the stall time 2100h:0E.
 const STANDING_MDEG: i64 = 300;
 const STANDING: Duration = Duration::from_millis(400);
+
+/// Distance from a stop at which its second approach begins, mdeg.
+const BACK_MDEG: i64 = 5_000;
+
+/// Largest difference of two approaches, mdeg: the backlash of worn gears, a quarter of a degree,
+/// and a count of the encoder with its noise at each.
+const AGREE_MDEG: i64 = 500;
 
 /// Interval of the readings of the angle.
 const STEP_TIME: Duration = Duration::from_millis(20);
@@ -45,8 +54,8 @@ pub fn find(client: &mut Client, limits: &Limits) -> Result<(i32, i32), Commissi
     client.write("6071", "0")?;
     client.enable(4)?;
     let permille = i32::from(limits.permille) / SHARE;
-    let low = approach(client, begin, -permille)?;
-    let high = approach(client, begin, permille)?;
+    let low = stop(client, begin, -permille)?;
+    let high = stop(client, begin, permille)?;
     client.write("6071", "0")?;
     client.quick_stop()?;
     client.write("6080", &speed.to_string())?;
@@ -62,6 +71,28 @@ pub fn find(client: &mut Client, limits: &Limits) -> Result<(i32, i32), Commissi
             refuse(STEP, why)
         }
     }
+}
+
+/// A stop, which two approaches find at the same angle.
+fn stop(client: &mut Client, begin: i64, permille: i32) -> Result<i64, CommissionError> {
+    let first = approach(client, begin, permille)?;
+    client.enable(1)?;
+    arrive(
+        client,
+        (first - BACK_MDEG * i64::from(permille.signum())) as i32,
+    )?;
+    client.write("6071", "0")?;
+    client.enable(4)?;
+    let second = approach(client, begin, permille)?;
+    if (second - first).abs() <= AGREE_MDEG {
+        return Ok(second);
+    }
+    let why = format!(
+        "the shaft stands at {first} mdeg, and at {second} mdeg when it approaches again, expected \
+         a difference of {AGREE_MDEG} mdeg at most: it sticks, or what stops it yields; --range is \
+         needed"
+    );
+    refuse(STEP, why)
 }
 
 /// Turns the shaft until it stands; where.

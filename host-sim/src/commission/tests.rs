@@ -11,7 +11,7 @@ use model_core::sensors::noise::Noise;
 
 use super::{
     CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits, Parameter, measure,
-    write,
+    tune, write,
 };
 use crate::can::client::Client;
 use crate::can::link::Link;
@@ -23,12 +23,21 @@ struct Bench {
     node: NativeNode<'static>,
     /// The shaft must not be beyond this angle, deg.
     limit_deg: f64,
+    /// An angle at which the shaft sticks when it passes it first, deg, and until when, us.
+    sticks: Option<(f64, Option<u64>)>,
 }
 
 impl Bench {
     /// A control period, in which the shaft is within the range.
     fn step(&mut self) {
         self.node.step(self.node.next_us());
+        let now_us = self.node.next_us();
+        if let Some((at_deg, until_us)) = &mut self.sticks {
+            if until_us.is_none() && self.node.angle_deg() > *at_deg {
+                *until_us = Some(now_us + 600_000);
+            }
+            self.node.defects().is_jammed = until_us.is_some_and(|until_us| now_us < until_us);
+        }
         let angle_deg = self.node.angle_deg();
         assert!(angle_deg.abs() <= self.limit_deg, "{angle_deg} deg");
     }
@@ -63,23 +72,35 @@ impl Link for Bench {
     }
 }
 
-const LIMITS: Limits = Limits {
+pub const LIMITS: Limits = Limits {
     range_mdeg: Some((-45_000, 45_000)),
     permille: 1000,
     rate_mdeg_s: 120_000,
 };
 
-fn client(options: &BoardPlantOptions, defects: Defects) -> Client {
+pub fn client(options: &BoardPlantOptions, defects: Defects) -> Client {
     client_within(options, defects, 45.0)
 }
 
 fn client_within(options: &BoardPlantOptions, defects: Defects, limit_deg: f64) -> Client {
+    client_of(options, defects, limit_deg, None)
+}
+
+/// That of a shaft that sticks for 0.6 s when it first passes an angle, deg.
+fn client_of(
+    options: &BoardPlantOptions,
+    defects: Defects,
+    limit_deg: f64,
+    sticks_at_deg: Option<f64>,
+) -> Client {
+    let sticks = sticks_at_deg.map(|at_deg| (at_deg, None));
     let buffer = Box::leak(Box::new([0; CAPTURE_VALUES]));
     let mut node = NativeNode::new(1, NodeId::new(1), options, buffer).expect("a plant");
     *node.defects() = defects;
     let mut bench = Bench {
         node,
         limit_deg: limit_deg.min(options.drivetrain.gear_train.hard_stop_deg),
+        sticks,
     };
     // The start of the node.
     bench.pause(Duration::from_millis(100)).expect("no input");
@@ -87,7 +108,7 @@ fn client_within(options: &BoardPlantOptions, defects: Defects, limit_deg: f64) 
 }
 
 /// A small servo: torque constant, resistance and friction within a third of the bench's.
-fn secret(seed: u64) -> BoardPlantOptions {
+pub fn secret(seed: u64) -> BoardPlantOptions {
     let mut options = BoardPlantOptions::realistic(seed);
     let mut chance = Noise::new(seed, 41);
     let mut spread = || 1.0 + chance.gaussian(0.15).clamp(-0.33, 0.33);
@@ -245,16 +266,32 @@ fn only_the_write_changes_what_the_actuator_keeps() {
         let value = client.get(names::find("2011:2").expect("an object"));
         value.expect("a value").to_string()
     };
-    let before = model(&mut client);
+    const TUNED: [&str; 5] = ["60FB:1", "60F9:1", "60F9:3", "2013:2", "6083"];
+    let tuned = |client: &mut Client| {
+        TUNED.map(|object| {
+            let value = client.get(names::find(object).expect("an object"));
+            value.expect("a value").to_string()
+        })
+    };
+    let (before, tuned_before) = (model(&mut client), tuned(&mut client));
     let signal = client.integer("2031:2").expect("a signal");
     let kept = Kept::of(&mut client).expect("values");
-    let found = measure(&mut client, &LIMITS).expect("a good bench");
+    let mut found = measure(&mut client, &LIMITS).expect("a good bench");
+    found.tuning = Some(tune(&mut client, &found).expect("gains"));
+    assert_ne!(tuned(&mut client), tuned_before);
     kept.restore(&mut client).expect("the drive is off");
     assert_eq!(model(&mut client), before);
+    assert_eq!(tuned(&mut client), tuned_before);
     assert_eq!(client.integer("2031:2").expect("a signal"), signal);
     assert_eq!(client.integer("607D:2").expect("a limit"), 60_000);
     write(&mut client, &found).expect("it saves");
     assert_ne!(model(&mut client), before);
+    assert!(
+        found
+            .objects()
+            .iter()
+            .any(|(object, _)| *object == "2013:2")
+    );
     for (object, value) in found.objects() {
         let stored = client.get(names::find(object).expect("an object"));
         let stored = stored.expect("a value").to_string();
@@ -318,4 +355,51 @@ fn without_a_range_the_stops_are_found_and_the_range_lies_within_them() {
     );
     let error = error.expect_err("no stop").to_string();
     assert!(error.contains("no stop within 360 deg"), "{error}");
+}
+
+#[test]
+fn a_shaft_that_sticks_is_not_at_its_stop() {
+    const FIND: Limits = Limits {
+        range_mdeg: None,
+        ..LIMITS
+    };
+    let mut options = secret(1);
+    options.drivetrain.gear_train.hard_stop_deg = 75.0;
+    let mut client = client_of(&options, Defects::default(), 75.0, Some(40.0));
+    let error = measure(&mut client, &FIND).expect_err("no stop at 40 deg");
+    let error = error.to_string();
+    assert!(error.contains("it sticks"), "{error}");
+}
+
+/// With the Coulomb friction of the free fit the pair would be a fifth too great here.
+#[test]
+fn the_stored_pair_of_frictions_makes_the_torque_of_the_runs() {
+    let held_nm_s = 0.01;
+    for seed in 0..3 {
+        let options = secret(seed);
+        let mut client = client(&options, Defects::default());
+        let text = f64::to_string(&held_nm_s);
+        client.write("2011:5", &text).expect("in range");
+        let found = measure(&mut client, &LIMITS).expect("a good bench");
+        let objects = found.objects();
+        let value = |name| objects.iter().find(|(object, _)| *object == name);
+        assert_eq!(value("2011:5"), None, "bench {seed}");
+        let (_, coulomb_nm) = *value("2011:6").expect("it is known");
+        let DrivetrainParameters {
+            gear_train,
+            friction,
+            ..
+        } = options.drivetrain;
+        // About the mean over time of runs of equal ways at 30 to 120 deg/s.
+        let (mean_rad_s, viscous_nm_s) = (
+            50.0_f64.to_radians(),
+            friction.viscous_friction_nm_s_deg.to_degrees(),
+        );
+        let truth_nm = friction.coulomb_friction_nm
+            + gear_train.bearing_friction_nm
+            + viscous_nm_s * mean_rad_s;
+        let stored_nm = coulomb_nm + held_nm_s * mean_rad_s;
+        let relative = stored_nm / truth_nm;
+        assert!((relative - 1.0).abs() < 0.05, "bench {seed}: {relative}");
+    }
 }

@@ -1,20 +1,22 @@
 //! The last step: range and model are written and saved as one set.
 
-use super::inertia;
+use super::tuning;
 use super::{CommissionError, Findings};
 use crate::can::client::{Client, ClientError};
+use crate::can::names;
 use crate::can::sdo::SdoError;
 
 /// The objects that the motion changes.
-const CHANGED: [&str; 13] = [
-    "6060", "6080", "6081", "2030:3", "2030:5", "2031:1", "2031:2", "2031:3", "2031:4", "2031:5",
-    "2031:6", "2031:7", "2031:8",
+const CHANGED: [&str; 21] = [
+    "6060", "6080", "6081", "2020:3", "2020:4", "2020:5", "2020:6", "2020:7", "2020:8", "2020:11",
+    "2020:12", "2030:3", "2030:5", "2031:1", "2031:2", "2031:3", "2031:4", "2031:5", "2031:6",
+    "2031:7", "2031:8",
 ];
 
 /// The values of the objects that a commissioning changes for its motion.
 pub struct Kept {
     range_mdeg: (i64, i64),
-    values: Vec<(String, i64)>,
+    values: Vec<(&'static str, String)>,
 }
 
 impl Kept {
@@ -25,13 +27,9 @@ impl Kept {
     pub fn of(client: &mut Client) -> Result<Self, ClientError> {
         let range_mdeg = (client.integer("607D:1")?, client.integer("607D:2")?);
         let mut values = Vec::new();
-        for object in CHANGED
-            .map(String::from)
-            .into_iter()
-            .chain(inertia::changed())
-        {
-            let value = client.integer(&object)?;
-            values.push((object, value));
+        for object in CHANGED.into_iter().chain(tuning::changed()) {
+            let value = client.get(names::find(object)?)?;
+            values.push((object, value.to_string()));
         }
         Ok(Self { range_mdeg, values })
     }
@@ -42,7 +40,7 @@ impl Kept {
     /// [`ClientError::Object`].
     pub fn restore(&self, client: &mut Client) -> Result<(), ClientError> {
         for (object, value) in &self.values {
-            client.write(object, &value.to_string())?;
+            client.write(object, value)?;
         }
         write_range(client, self.range_mdeg)
     }
