@@ -7,7 +7,7 @@ import { closeBrowser, studio, visit, wait } from './session.mjs';
 
 const [actuator, pictures, axe] = process.argv.slice(2);
 const AXE = readFileSync(axe, 'utf8');
-const VIEWS = ['devices', 'live', 'move', 'parameters', 'tune', 'identify', 'faults', 'bus', 'tour'];
+const VIEWS = ['devices', 'live', 'move', 'parameters', 'tune', 'identify', 'commission', 'faults', 'bus', 'tour'];
 // In forced colours the browser replaces colours, which axe does not see.
 const FINDINGS = forced => `axe.run({ rules: { 'color-contrast': { enabled: ${!forced} } } }).then(({ violations }) => violations.filter(({ impact }) => impact === 'serious' || impact === 'critical').map(({ id, nodes }) => id + ': ' + nodes[0].html.slice(0, 120)))`;
 // What can be scrolled sideways, hidden or not.
