@@ -23,7 +23,7 @@ on('commission', ({ node, task, at_s, text, answer }) => {
   }
   last.task = task;
   last.begun ??= at_s;
-  last.lines.push(`${fixed(at_s - last.begun, 1)} s: ${text}`);
+  last.lines.push([`${fixed(at_s - last.begun, 1)} s`, text]);
   changed();
 });
 on('closed', () => { if (last) last.isOver = true; });
@@ -57,17 +57,17 @@ const show = host => {
   const save = box('commission-save', saves, () => { saves = save.checked; });
   const begin = hold('Hold to commission', run, { id: 'commission-begin', title: 'Hold the button, or Enter' });
   const end = button('End', () => attempt(() => request('cancel', { task: last.task })), { id: 'commission-end' });
-  const why = h('p', { class: 'soft', id: 'commission-why', 'aria-live': 'polite' }), lines = h('ol', { class: 'log', id: 'commission-lines', 'aria-live': 'polite' });
+  const why = h('p', { class: 'soft', id: 'commission-why', 'aria-live': 'polite' }), lines = h('ol', { class: 'log steps', id: 'commission-lines', 'aria-live': 'polite' });
   const result = h('div', { id: 'commission-result', class: 'column' }), plots = h('div');
   const unitOf = angleUnit();
-  const row = (field, name, unit) => [h('label', { for: field.input.id }, name), field.element, h('span', { class: 'unit' }, unit)];
+  const row = (field, name, unit, title) => [h('label', { for: field.input.id, title }, name), field.element, h('span', { class: 'unit' }, unit)];
   const panels = panelsOf(state.hello.quantities).filter(panel => ['angle', 'current'].includes(panel.id));
   const plot = new LivePlot(plots, panels, { reserved: 420, least: 120, sync: 'commission' });
   put(host, h('div', { class: 'cards two' },
     h('div', { class: 'column' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Commissioning'), h('div', { class: 'row' }, end, begin)), why,
         h('p', { class: 'soft' }, 'The shaft moves by itself for up to two minutes. Pulses of growing torque check the wiring and give the resistance, runs at constant rate the torque constant and friction, excitations inertia and delay. Space stops it; then nothing is changed.'),
-        h('div', { class: 'fields' }, row(low, 'Lower end of the range', unitOf), row(high, 'Upper end of the range', unitOf), row(current, 'Highest current of the pulses', '% of the rated current'), row(rate, 'Highest rate', 'deg/s')),
+        h('div', { class: 'fields' }, row(low, 'Lowest angle', unitOf), row(high, 'Highest angle', unitOf), row(current, 'Current', '% of rated', 'Highest current of the pulses, % of the rated current 6075h'), row(rate, 'Rate', 'deg/s', 'Highest rate of the runs')),
         h('p', {}, h('label', {}, stops, ' Find the stops instead, at half of the current')),
         h('p', {}, h('label', {}, save, ' Save the range and the motor (607Dh, 2011h) when all steps have succeeded'))),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Progress')), lines)),
@@ -130,7 +130,7 @@ const show = host => {
     end.disabled = !isUnderWay || last.task == null;
     for (const field of [low, high]) field.input.disabled = findsStops;
     const own = last?.node === node ? last.lines : [];
-    if (own.length !== count || last !== shown?.last) { count = own.length; put(lines, own.toReversed().map(line => h('li', {}, line))); }
+    if (own.length !== count || last !== shown?.last) { count = own.length; put(lines, own.toReversed().map(([time, text]) => h('li', {}, h('time', {}, time), text))); }
     if (last !== shown?.last || last?.answer !== shown.answer) { shown = { last, answer: last?.answer }; present(); }
   };
   changed = update;
