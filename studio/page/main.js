@@ -54,7 +54,7 @@ views.forEach((view, i) => $('tabs').append(h('button', {
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.matches('input, select, textarea')) return;
   const view = /^\d$/.test(event.key) && views[(+event.key + 9) % 10];
-  if (view) { show(view.id); $(`tab-${view.id}`).focus(); }
+  if (view && !$(`tab-${view.id}`).hidden) { show(view.id); $(`tab-${view.id}`).focus(); }
 });
 addEventListener('hashchange', () => show(location.hash.slice(1)));
 $('tabs').addEventListener('keydown', event => {
