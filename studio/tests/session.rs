@@ -226,11 +226,11 @@ fn a_torque_is_commanded_in_shares_of_the_rated_one() {
         value.expect("an integer")
     };
     let rated_nm = read(&mut page, "6076") as f64 * 1e-3;
-    for permille in [-250, 10] {
-        let nm = rated_nm * f64::from(permille) * 1e-3;
+    for permille in [-250_i64, 10] {
+        let nm = rated_nm * permille as f64 * 1e-3;
         page.ask("press", json!({ "node": 1, "nm": nm }))
             .expect("it is commanded");
-        assert_eq!(read(&mut page, "6071"), permille.into());
+        assert_eq!(read(&mut page, "6071"), permille);
         assert_eq!(read(&mut page, "6061"), 4, "profile torque");
     }
     for (nm, why) in [
