@@ -1,6 +1,6 @@
-// Numbers as people enter them: a decimal comma, and 500 seeded random entries in each field of each
-// view, in German and in English. The page stays open, no target is commanded but those that were
-// typed within the limits, and the shaft is never beyond them.
+// Numbers as people enter them: a decimal comma, and 500 seeded random entries in each field of
+// each view, in German and in English. The page stays open, no target is commanded but those that
+// were typed within the limits, and the shaft is never beyond them.
 // node entries.mjs ACTUATOR
 import assert from 'node:assert/strict';
 import { closeBrowser, studio, visit, wait } from './session.mjs';

@@ -84,8 +84,8 @@ fn range((low, high): (f64, f64)) -> Result<(i32, i32), String> {
     ))
 }
 
-/// Commissions an actuator. No other transfer with it comes in between; a stop, the loss of the page
-/// and a cancelled task end it, and the actuator then has its parameters of before.
+/// Commissions an actuator. No other transfer with it comes in between; a stop, the loss of the
+/// page and a cancelled task end it, and the actuator then has its parameters of before.
 pub fn commission(context: Context, order: Order) {
     let limits = match order.limits() {
         Ok(limits) => limits,
