@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Uses Studio in Chromium: every view, what owners do, random entries, the printed report, axe,
+# Uses Studio in Chromium: every view, what owners do, the commissioning, random entries, the printed report, axe,
 # strangers, pulled plugs, telemetry at full rate, and the same on the emulated boards. Needs node
 # and npm; Chromium is installed where it is missing.
 #
@@ -34,6 +34,7 @@ esac
 
 node $tests/views.mjs "$actuator" "$pictures"
 node $tests/owners.mjs "$actuator" "$pictures"
+node $tests/commission.mjs "$actuator" "$pictures"
 node $tests/entries.mjs "$actuator"
 node $tests/printed.mjs "$actuator" "$pictures"
 node $tests/accessible.mjs "$actuator" "$pictures" "$modules/node_modules/axe-core/axe.min.js"

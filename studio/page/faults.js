@@ -1,7 +1,10 @@
 // What is wrong, since when, and what to do about it.
-import { h, put, button, attempt, badge, table } from './dom.js';
+import { h, put, say, button, attempt, badge, table } from './dom.js';
 import { request, on } from './socket.js';
-import { state, watch, chosen, hasControl, object } from './state.js';
+import { state, watch, chosen, hasControl, object, read } from './state.js';
+
+// The counters of the protections, and how often they are read.
+const PROTECTIONS = 0x2051, PERIOD_MS = 1000;
 
 const time = ms => new Date(ms).toLocaleTimeString([], { hour12: false });
 
@@ -16,11 +19,14 @@ const show = host => {
   const breaking = h('div', { class: 'row', hidden: !state.hello.simulated }, broken('Break the encoder', true), broken('Mend it', false));
   const clear = button('Clear the history', () => attempt(() => request('clear_history', { node: state.node })).then(load));
   const all = h('tbody', {}, state.hello.faults.map(fault => h('tr', {}, h('td', { class: 'number' }, String(fault.number)), h('td', {}, fault.name), h('td', {}, fault.condition.replaceAll('`', '')), h('td', {}, fault.watched), h('td', {}, fault.reaction), h('td', {}, fault.remedy), h('td', { class: 'mono' }, fault.code))));
+  const protections = [...state.objects.values()].filter(({ index, sub }) => index === PROTECTIONS && sub).map(entry => ({ entry, now: h('td', { class: 'number' }, '–'), most: h('td', { class: 'number' }, '–'), highest: null }));
   put(host, h('div', { class: 'column' },
     h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Present and latched'), h('div', { class: 'row' }, breaking, reset)), present),
     h('div', { class: 'cards' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'History of the board'), clear), table(['', 'Error code', 'Fault'], history)),
-      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Counters of the board')), table(['Counter', { name: 'Value', number: true }, 'Unit'], counters))),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Counters of the board')), table(['Counter', { name: 'Value', number: true }, 'Unit'], counters)),
+      h('section', { class: 'card', id: 'health' }, h('header', {}, h('h2', {}, 'Health')), h('p', { class: 'soft' }, 'What the protections count before they report a fault, read once a second: one that is not 0 has seen its cause.'),
+        table(['Counter', { name: 'Now', number: true }, { name: 'Highest', number: true }, 'Counts for'], h('tbody', {}, protections.map(({ entry, now, most }) => h('tr', {}, h('td', {}, entry.entry), now, most, h('td', { class: 'soft' }, entry.meaning))))))),
     h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Log of all nodes')), log),
     h('section', { class: 'card' }, h('details', {}, h('summary', {}, 'All faults that the board detects'), table(['No.', 'Fault', 'Latched when', 'Watched', 'Reaction', 'What to do', 'Code'], all)))));
 
@@ -32,6 +38,19 @@ const show = host => {
     put(counters, Object.entries(answer.counters).map(([address, value]) => h('tr', {}, h('td', {}, object(address).entry), h('td', { class: 'number' }, String(value)), h('td', { class: 'unit' }, object(address).unit))));
   }
   reload = node => { if (node === state.node && host.isConnected) load(); };
+
+  async function check() {
+    // A commissioning leaves no room for other transfers.
+    if (state.node == null || chosen()?.is_commissioned) return;
+    const values = await read(...protections.map(({ entry }) => entry.address)).catch(() => null);
+    for (const counter of values ? protections : []) {
+      const value = values[counter.entry.address];
+      counter.highest = Math.max(counter.highest ?? 0, value);
+      say(counter.now, String(value));
+      say(counter.most, String(counter.highest));
+    }
+  }
+  const timer = setInterval(check, PERIOD_MS);
 
   // Time of its first entry in the log.
   const since = name => state.log.findLast(entry => entry.node === state.node && entry.kind === 'fault' && entry.text.endsWith(name));
@@ -49,7 +68,7 @@ const show = host => {
     const one = chosen();
     reset.disabled = clear.disabled = !hasControl() || !one;
     for (const element of breaking.children) element.disabled = reset.disabled;
-    if (one?.node !== node) { node = one?.node; load(); }
+    if (one?.node !== node) { node = one?.node; protections.forEach(counter => { counter.highest = null; }); load(); check(); }
     const now = JSON.stringify([node, one?.present, one?.latched]);
     if (now !== shown) {
       shown = now;
@@ -63,7 +82,7 @@ const show = host => {
       put(log, state.log.toReversed().map(entry => h('li', {}, h('time', {}, time(entry.at_ms)), h('span', { class: 'node' }, entry.node ? `node ${entry.node}` : ''), h('span', { class: entry.kind }, entry.text))));
     }
   });
-  return () => { unwatch(); reload = () => {}; };
+  return () => { unwatch(); clearInterval(timer); reload = () => {}; };
 };
 
 export default { id: 'faults', title: 'Faults', icon: 'M12 3l10 18H2zM12 10v5M12 18h.01', show };

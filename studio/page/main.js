@@ -10,11 +10,12 @@ import move from './move.js';
 import parameters from './parameters.js';
 import tune from './tune.js';
 import identify from './identify.js';
+import commission from './commission.js';
 import faults from './faults.js';
 import bus from './bus.js';
 import tour from './tour.js';
 
-const views = [devices, live, move, parameters, tune, identify, faults, bus, tour];
+const views = [devices, live, move, parameters, tune, identify, commission, faults, bus, tour];
 const $ = id => document.getElementById(id);
 let current = null, leave = null;
 
@@ -48,12 +49,12 @@ const icon = path => {
 
 views.forEach((view, i) => $('tabs').append(h('button', {
   id: `tab-${view.id}`, type: 'button', role: 'tab', 'aria-selected': 'false', 'aria-controls': 'view',
-  title: `Key: ${i + 1}`, onclick: () => show(view.id),
+  title: `Key: ${(i + 1) % 10}`, onclick: () => show(view.id),
 }, icon(view.icon), view.title)));
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.matches('input, select, textarea')) return;
-  const view = views[+event.key - 1];
-  if (view) { show(view.id); $(`tab-${view.id}`).focus(); }
+  const view = /^\d$/.test(event.key) && views[(+event.key + 9) % 10];
+  if (view && !$(`tab-${view.id}`).hidden) { show(view.id); $(`tab-${view.id}`).focus(); }
 });
 addEventListener('hashchange', () => show(location.hash.slice(1)));
 $('tabs').addEventListener('keydown', event => {

@@ -13,7 +13,13 @@ const LIMITS = ['607D:1', '607D:2'];
 const PROFILE = ['6081:0', '6083:0', '6084:0'];
 // The highest rates that the drive accepts and that its encoder check accepts.
 const RATES = ['607F:0', '2100:2'];
-// What is commanded: an angle, or a rate (profile velocity).
+const TORQUES = ['6072:0', '6073:0', '6076:0'];
+// What is commanded by profiles: its steps, in radians too, and the request for a target.
+const KINDS = {
+  angle: { name: 'Angle', unit: 'deg', steps: [30, 10, 1], inRadians: [0.5, 0.1, 0.01], order: deg => ['move', { deg }] },
+  rate: { name: 'Rate', unit: 'deg/s', steps: [30, 10, 1], inRadians: [0.5, 0.1, 0.01], order: deg_s => ['turn', { deg_s }] },
+  torque: { name: 'Torque', unit: 'N m', steps: [0.1, 0.02, 0.005], order: nm => ['press', { nm }] },
+};
 let kind = 'angle';
 
 const show = host => {
@@ -24,33 +30,36 @@ const show = host => {
   const slider = h('input', { type: 'range', id: 'target-slider', step: 'any', value: 0, 'aria-label': 'Target' });
   const target = new NumberField('target', limits(-60, 60, 'deg'), 0, () => {}, { 'aria-label': 'Target' });
   const low = h('span'), high = h('span'), unitOf = h('span', { class: 'unit' });
-  const what = h('select', { id: 'kind', 'aria-label': 'What is commanded', onchange: () => { kind = what.value; choose(); } }, h('option', { value: 'angle' }, 'Angle'), h('option', { value: 'rate' }, 'Rate'));
+  const what = h('select', { id: 'kind', 'aria-label': 'What is commanded', onchange: () => { kind = what.value; choose(); } }, Object.entries(KINDS).map(([value, { name }]) => h('option', { value }, name)));
   what.value = kind;
-  let ranges = { angle: limits(-60, 60, 'deg'), rate: limits(-300, 300, 'deg/s') };
+  let ranges = { angle: limits(-60, 60, 'deg'), rate: limits(-300, 300, 'deg/s'), torque: limits(-0.5, 0.5, 'N m') };
   // While it is dragged the last position counts.
   let isMoving = false, pending = null;
   const command = async value => {
-    pending = value;
+    // What it was entered as: another quantity may be chosen meanwhile.
+    pending = KINDS[kind].order(value * factor(KINDS[kind].unit));
     if (isMoving) return;
     isMoving = true;
     while (pending != null) {
-      const next = pending;
+      const [order, target] = pending;
       pending = null;
-      if (await attempt(() => request(...(kind === 'rate' ? ['turn', { node: state.node, deg_s: next * factor('deg/s') }] : ['move', { node: state.node, deg: next * factor('deg') }])).then(() => true)) === undefined) pending = null;
+      if (await attempt(() => request(order, { node: state.node, ...target }).then(() => true)) === undefined) pending = null;
     }
     isMoving = false;
   };
   let last = 0;
   const point = value => { last = value; slider.value = value; target.set(value); };
   const aim = value => { point(value); command(value); };
-  slider.oninput = () => aim(+(+slider.value).toFixed(angleUnit() === 'rad' ? 3 : 1));
+  const isFine = () => kind === 'torque' || angleUnit() === 'rad';
+  slider.oninput = () => aim(+(+slider.value).toFixed(isFine() ? 3 : 1));
   const enter = () => { const value = target.read(); if (value != null) aim(value); };
   target.input.onkeydown = event => { if (event.key === 'Enter') enter(); };
   const go = button('Go', enter, { class: 'primary', id: 'go' });
   const step = by => aim(Math.max(target.quantity.min, Math.min(target.quantity.max, by ? last + by : 0)));
-  const steps = angleUnit() === 'rad' ? [0.5, 0.1, 0.01] : [30, 10, 1];
-  const jog = h('div', { class: 'jog', role: 'group', 'aria-label': 'Steps' }, [...steps.map(by => -by), 0, ...steps.toReversed()].map(by => button(`${by > 0 ? '+' : by < 0 ? '−' : ''}${Math.abs(by)}`, () => step(by))));
+  const jog = h('div', { class: 'jog', role: 'group', 'aria-label': 'Steps' });
   const choose = () => {
+    const { steps, inRadians = steps } = KINDS[kind], sizes = angleUnit() === 'rad' ? inRadians : steps;
+    put(jog, [...sizes.map(by => -by), 0, ...sizes.toReversed()].map(by => button(`${by > 0 ? '+' : by < 0 ? '−' : ''}${Math.abs(by)}`, () => step(by), { disabled: target.input.disabled })));
     target.quantity = ranges[kind];
     const { min, max, unit } = ranges[kind];
     Object.assign(slider, { min, max });
@@ -80,10 +89,11 @@ const show = host => {
 
   let node = null, isBusy = false;
   const load = async () => {
-    const values = await attempt(() => read(...LIMITS, ...PROFILE, ...RATES));
+    const values = await attempt(() => read(...LIMITS, ...PROFILE, ...RATES, ...TORQUES));
     if (!values) return;
     const fastest = Math.min(values[RATES[0]] / 1000, values[RATES[1]]);
-    ranges = { angle: limits(values[LIMITS[0]] / 1000, values[LIMITS[1]] / 1000, 'deg'), rate: limits(-fastest, fastest, 'deg/s') };
+    const [torque, current, rated] = TORQUES.map(address => values[address]), strongest = Math.min(torque, current) / 1000 * rated / 1000;
+    ranges = { angle: limits(values[LIMITS[0]] / 1000, values[LIMITS[1]] / 1000, 'deg'), rate: limits(-fastest, fastest, 'deg/s'), torque: limits(-strongest, strongest, 'N m') };
     choose();
     put(profile, PROFILE.flatMap(address => {
       const entry = object(address), id = `profile-${address.slice(0, 4)}`;
@@ -95,8 +105,8 @@ const show = host => {
   const update = () => {
     const one = chosen();
     const can = hasControl() && one && !one.is_lost && !state.busProblem;
-    const isOn = can && one.is_enabled && !one.is_stopping;
-    enable.disabled = !can || one.is_enabled || one.has_fault;
+    const isOn = can && one.is_enabled && !one.is_stopping && !one.is_commissioned;
+    enable.disabled = !can || one.is_enabled || one.has_fault || one.is_commissioned;
     disable.disabled = !can || !one.is_enabled;
     for (const element of [slider, target.input, go, what, ...jog.children]) element.disabled = !isOn;
     run.disabled = !isOn || !form.isValid;

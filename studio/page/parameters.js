@@ -136,8 +136,8 @@ const show = host => {
       let here = 0;
       for (const row of group.querySelectorAll('tbody tr')) {
         const object = state.objects.get(row.id.slice(2));
-        const known = `${object.name} ${object.object} ${object.entry} ${object.address} ${object.meaning}`.toLowerCase(), words = wordsOf(object.address);
-        const fits = (sought.every(word => known.includes(word)) || words && sought.every(word => words.split(' ').some(other => other.startsWith(word))))
+        const known = `${object.name} ${object.object} ${object.entry} ${object.address} ${object.meaning}`.toLowerCase(), words = wordsOf(object.address).split(' ');
+        const fits = (sought.every(word => known.includes(word)) || sought.every(word => words.some(other => other.startsWith(word))))
           && (kind !== 2 || differs(object, values[object.address], node)) && (kind !== 3 || unsaved.has(object.address));
         row.hidden = !fits;
         here += fits;

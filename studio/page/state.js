@@ -18,7 +18,7 @@ export const whyNot = () => {
   const one = chosen();
   return !hasControl() ? 'Another page has control: take it to move.' : !one ? 'No actuator has been found.'
     : state.busProblem || one.is_lost ? 'The actuator is not connected.' : one.has_fault ? 'A fault: see the view Faults, and reset it there.'
-      : one.is_stopping ? 'The drive is stopping.' : !one.is_enabled ? 'The drive is not enabled: hold the button in the view Move for a moment.' : '';
+      : one.is_stopping ? 'The drive is stopping.' : one.is_commissioned ? 'The actuator is being commissioned.' : !one.is_enabled ? 'The drive is not enabled: hold the button in the view Move for a moment.' : '';
 };
 export const object = address => state.objects.get(address);
 export const choose = node => { state.node = node; changed(); };

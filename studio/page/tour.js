@@ -5,6 +5,7 @@ import { request } from './socket.js';
 import { state, watch, chosen, hasControl, read } from './state.js';
 import { latest, slice } from './ring.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
+import { saving } from './save.js';
 import { takeMotor } from './tune.js';
 
 const wait = seconds => new Promise(done => setTimeout(done, seconds * 1000));
@@ -87,7 +88,7 @@ async function tune(show) {
   show('A step with the gains for a rate loop of 36 rad/s …');
   await wait(1);
   const after = await step(), plot = h('div');
-  show(`Bandwidth ${fixed(answer.bandwidth_hz, 1)} Hz, phase margin ${fixed(answer.phase_margin_deg?.value, 0)}°. The gains are in effect and not saved.`, plot);
+  show(`Bandwidth ${fixed(answer.bandwidth_hz, 1)} Hz, phase margin ${fixed(answer.phase_margin_deg?.value, 0)}°. The gains are in effect and not saved.`, plot, h('div', { class: 'row' }, saving(plot, 'tour-step')));
   const line = (label, colour, { t, deg }, style = 'line') => ({ label, colour, style, x: t, y: deg });
   figures.draw(plot, { x_label: 'time (s)', x_log: false, panels: [{ y_label: 'angle (deg)', y_step: null, series: [line('predicted', 7, answer.step, 'dashed'), line('measured, before', 4, before), line('measured, after', 2, after)] }] }, 'tour');
 }
@@ -121,7 +122,7 @@ const show = host => {
   const plot = new LivePlot(plots, panelsOf(state.hello.quantities).filter(panel => ['angle', 'duty'].includes(panel.id)), { reserved: 500, least: 130, sync: 'tour' });
   put(host, h('div', { class: 'column' },
     h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'A tour in three minutes')), h('p', {}, 'Each button does one step with the simulated actuator that is selected at the top; the other views do the same with more choice.'), h('ol', { class: 'tour' }, rows.map(({ element }) => element)), end),
-    h('section', { class: 'card' }, plots)));
+    h('section', { class: 'card' }, plots, h('div', { class: 'row' }, saving(plots, 'tour')))));
   const update = () => {
     rows.forEach(({ run }, i) => {
       run.disabled = isRunning || !hasControl() || !chosen();

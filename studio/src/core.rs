@@ -23,7 +23,7 @@ use serde_json::{Value, json};
 use crate::bus::hub::{Hub, lock};
 use crate::bus::statistics::Statistics;
 use crate::control::Control;
-use crate::guarded::GuardedLink;
+use crate::guarded::{Guard, GuardedLink};
 use crate::neighbours::Neighbour;
 use crate::node::Node;
 use crate::web::{Download, PageId, Pages};
@@ -193,6 +193,12 @@ impl Core {
         sender
     }
 
+    /// What ends work that is requested now at the next stop of the node.
+    pub fn guard(&self, node: u8) -> Guard {
+        let stops = self.with_node(node, |node| Arc::clone(&node.stops));
+        Guard::new(stops.unwrap_or_default())
+    }
+
     /// Like [`Core::at_node`], for work that moves the shaft: a stop ends it.
     ///
     /// # Errors
@@ -202,13 +208,11 @@ impl Core {
         node: u8,
         job: impl FnOnce(&mut Client) + Send + 'static,
     ) -> Result<(), Busy> {
-        let stops = self.with_node(node, |node| Arc::clone(&node.stops));
-        let stops = stops.unwrap_or_default();
-        let begun = stops.load(Ordering::SeqCst);
+        let guard = self.guard(node);
         let hub = Arc::clone(&self.hub);
         self.at_node(node, move |client| {
             let response = cob_id::SDO_RESPONSE + u32::from(client.node());
-            let link = GuardedLink::new(hub.link(response..=response), stops, begun);
+            let link = GuardedLink::new(hub.link(response..=response), guard);
             job(&mut Client::new(Box::new(link), client.node()));
         })
     }
@@ -292,6 +296,11 @@ impl Task {
     /// Whether its end is requested.
     pub fn is_stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
+    }
+
+    /// The flag that requests its end.
+    pub fn end(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.stop)
     }
 
     /// Tells the pages how far it is.

@@ -14,37 +14,56 @@ use crate::bus::HubLink;
 /// Time after which a stop is detected while the work waits.
 const SLICE: Duration = Duration::from_millis(10);
 
-/// The link.
-pub struct GuardedLink {
-    link: HubLink,
+/// The stops of a node since its work was requested.
+#[derive(Debug, Clone)]
+pub struct Guard {
     stops: Arc<AtomicU64>,
     begun: u64,
 }
 
-impl GuardedLink {
-    /// For work that was requested when there had been this many stops.
-    pub fn new(link: HubLink, stops: Arc<AtomicU64>, begun: u64) -> Self {
-        Self { link, stops, begun }
+impl Guard {
+    /// For work that is requested now; `stops` counts those of the node.
+    pub fn new(stops: Arc<AtomicU64>) -> Self {
+        let begun = stops.load(Ordering::SeqCst);
+        Self { stops, begun }
+    }
+
+    /// Whether there has been a stop.
+    pub fn is_stopped(&self) -> bool {
+        self.stops.load(Ordering::SeqCst) != self.begun
     }
 
     fn check(&self) -> io::Result<()> {
-        if self.stops.load(Ordering::SeqCst) == self.begun {
-            return Ok(());
+        if self.is_stopped() {
+            return Err(io::Error::new(ErrorKind::ConnectionAborted, "stopped"));
         }
-        Err(io::Error::new(ErrorKind::ConnectionAborted, "stopped"))
+        Ok(())
+    }
+}
+
+/// The link.
+pub struct GuardedLink {
+    link: HubLink,
+    guard: Guard,
+}
+
+impl GuardedLink {
+    /// For the work of this guard.
+    pub fn new(link: HubLink, guard: Guard) -> Self {
+        Self { link, guard }
     }
 }
 
 impl Link for GuardedLink {
     fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
-        self.check()?;
+        self.guard.check()?;
         self.link.send(frame)
     }
 
     fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
         let end = Instant::now() + timeout;
         loop {
-            self.check()?;
+            self.guard.check()?;
             let left = end.saturating_duration_since(Instant::now());
             let frame = self.link.receive(left.min(SLICE))?;
             if frame.is_some() || left.is_zero() {
@@ -55,6 +74,6 @@ impl Link for GuardedLink {
 
     fn pause(&mut self, time: Duration) -> io::Result<()> {
         std::thread::sleep(time);
-        self.check()
+        self.guard.check()
     }
 }

@@ -46,6 +46,9 @@ const PROFILE_VELOCITY: i8 = 3;
 /// Controlword: quick stop (CiA 402).
 const QUICK_STOP: u16 = canopen::cia402::controlword::ENABLE_VOLTAGE;
 
+/// Mode of operation: a torque, reached by a slope.
+const PROFILE_TORQUE: i8 = 4;
+
 /// The frame that writes the controlword of a node: an expedited download, which the node takes in
 /// any state and in the middle of any other transfer.
 fn controlword(node: u8, word: u16) -> CanFrame {
@@ -87,7 +90,7 @@ pub fn enable(core: &Arc<Core>, client: &mut Client, page: PageId) -> Result<(),
     enabled
 }
 
-/// Commands the angle or the rate that was last requested.
+/// Commands the angle, rate or torque that was last requested.
 ///
 /// # Errors
 /// Those of the transfers and of the drive.
@@ -102,9 +105,29 @@ pub fn go(core: &Core, client: &mut Client) -> Result<(), ClientError> {
             take_mode(core, client, PROFILE_VELOCITY)?;
             client.write("60FF", &mdeg_s.to_string())
         }
+        Some(Target::Torque(micro_nm)) => {
+            let permille = permille_of_rated(client, micro_nm)?;
+            take_mode(core, client, PROFILE_TORQUE)?;
+            client.write("6071", &permille.to_string())
+        }
         // An earlier job has commanded a later target already.
         None => Ok(()),
     }
+}
+
+/// A torque, uN m, in thousandths of the rated torque of the actuator.
+fn permille_of_rated(client: &mut Client, micro_nm: i32) -> Result<i16, ClientError> {
+    // mN m: a thousandth of it is as many uN m.
+    let rated = client.integer("6076")? as f64;
+    let permille = (f64::from(micro_nm) / rated).round();
+    // Not for a rated torque of 0 either.
+    if permille.abs() <= f64::from(i16::MAX) {
+        return Ok(permille as i16);
+    }
+    Err(ClientError::NotNow {
+        node: client.node(),
+        why: "expected a torque that 6071h holds in thousandths of the rated torque 6076h",
+    })
 }
 
 /// Changes the mode of an enabled drive where it is another one, and waits for it: a target acts
@@ -135,7 +158,7 @@ pub fn stop(core: &Arc<Core>, number: u8) {
     let is_there = core.with_node(number, |node| {
         node.stops.fetch_add(1, Ordering::SeqCst);
         node.target = None;
-        node.is_stopping |= node.is_powered() || node.enabled_by.is_some();
+        node.is_stopping |= node.is_powered() || node.moved_by().is_some();
         node.is_actuator
     });
     if is_there == Some(true) {
@@ -205,7 +228,7 @@ impl Supervisor {
                 if node.is_enabled() {
                     moving.push(*number);
                 } else if !node.is_powered() {
-                    (node.is_stopping, node.enabled_by) = (false, None);
+                    (node.is_stopping, node.enabled_by, node.commissioned_by) = (false, None, None);
                     off.push(*number);
                 }
                 // A quick stop that is under way needs no other.
@@ -228,7 +251,7 @@ enum PageFate {
     Silent,
 }
 
-/// The drives that are enabled by a page which is closed or silent, and are not stopped yet.
+/// The drives that are moved by a page which is closed or silent, and are not stopped yet.
 fn orphans(core: &Core, now: Instant) -> Vec<(u8, PageFate)> {
     core.with(|state| {
         let pages = &state.pages;
@@ -240,7 +263,7 @@ fn orphans(core: &Core, now: Instant) -> Vec<(u8, PageFate)> {
         let nodes = state.nodes.iter();
         let nodes = nodes.filter(|(_, node)| !node.is_stopping);
         nodes
-            .filter_map(|(number, node)| Some((*number, fate(node.enabled_by?)?)))
+            .filter_map(|(number, node)| Some((*number, fate(node.moved_by()?)?)))
             .collect()
     })
 }

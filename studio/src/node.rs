@@ -30,6 +30,8 @@ pub enum Target {
     Angle(i32),
     /// A rate, mdeg/s.
     Rate(i32),
+    /// A torque at the output, uN m.
+    Torque(i32),
 }
 
 /// A node.
@@ -63,6 +65,8 @@ pub struct Node {
     pub latched: i64,
     /// The page on whose request it is enabled.
     pub enabled_by: Option<PageId>,
+    /// The page on whose request it is commissioned, which enables and disables its drive.
+    pub commissioned_by: Option<PageId>,
     /// It monitors the heartbeat of this program, which must continue until the monitoring ends.
     pub is_watching: bool,
     /// A stop was requested, and the drive is not off yet.
@@ -87,6 +91,16 @@ impl Node {
     pub fn is_powered(&self) -> bool {
         self.statusword
             .is_some_and(|word| word & 0x6F == 0x27 || word & 0x6F == 0x07)
+    }
+
+    /// The page on whose request it moves or may move.
+    pub fn moved_by(&self) -> Option<PageId> {
+        self.enabled_by.or(self.commissioned_by)
+    }
+
+    /// Whether it takes the targets of pages.
+    pub fn takes_targets(&self) -> bool {
+        self.is_enabled() && !self.is_stopping && self.commissioned_by.is_none()
     }
 
     /// Whether its drive has a fault.
@@ -128,6 +142,7 @@ impl Node {
             "state": self.state(), "statusword": self.statusword, "mode": self.mode,
             "is_enabled": self.is_enabled(), "has_fault": self.has_fault(),
             "is_stopping": self.is_stopping, "enabled_by": self.enabled_by,
+            "is_commissioned": self.commissioned_by.is_some(),
             "present": names(self.present), "latched": names(self.latched),
             "lost_samples": self.record.lost, "unsaved": self.unsaved,
         })

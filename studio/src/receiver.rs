@@ -108,7 +108,7 @@ fn shared(core: &Arc<Core>) {
     let (is_new, moving) = core.with(|state| {
         let is_new = state.shared.replace(Instant::now()).is_none();
         let nodes = state.nodes.iter();
-        let moving = nodes.filter(|(_, node)| node.enabled_by.is_some());
+        let moving = nodes.filter(|(_, node)| node.moved_by().is_some());
         (is_new, moving.map(|(node, _)| *node).collect::<Vec<_>>())
     });
     if is_new || !moving.is_empty() {
@@ -212,6 +212,9 @@ fn of_state(node: &mut Node, statusword: Option<u16>) -> Option<Change> {
     }
     let is_released = was_powered && !node.is_powered();
     if is_released {
+        if node.is_stopping {
+            node.commissioned_by = None;
+        }
         (node.enabled_by, node.is_stopping, node.target) = (None, false, None);
     }
     Some(Change {

@@ -216,6 +216,35 @@ fn a_page_moves_and_stops_an_actuator_and_another_one_must_request_control() {
 }
 
 #[test]
+fn a_torque_is_commanded_in_shares_of_the_rated_one() {
+    let running = Running::start();
+    let mut page = Page::open(&running);
+    page.enable();
+    let read = |page: &mut Page, object: &str| {
+        let values = page.ask("read", json!({ "node": 1, "objects": [object] }));
+        let value = values.expect("a value")[format!("{object}:0")].as_i64();
+        value.expect("an integer")
+    };
+    let rated_nm = read(&mut page, "6076") as f64 * 1e-3;
+    for permille in [-250_i64, 10] {
+        let nm = rated_nm * permille as f64 * 1e-3;
+        page.ask("press", json!({ "node": 1, "nm": nm }))
+            .expect("it is commanded");
+        assert_eq!(read(&mut page, "6071"), permille);
+        assert_eq!(read(&mut page, "6061"), 4, "profile torque");
+    }
+    for (nm, why) in [
+        (rated_nm * 33.0, "expected a torque that 6071h holds"),
+        (1e300, "expected a torque"),
+    ] {
+        let refused = page.ask("press", json!({ "node": 1, "nm": nm }));
+        let error = refused.expect_err("no object holds it");
+        assert!(error.contains(why), "{error}");
+        assert_eq!(read(&mut page, "6071"), 10, "the last one");
+    }
+}
+
+#[test]
 fn the_loss_of_a_page_stops_what_it_moves() {
     let running = Running::start();
     let mut watcher = Page::open(&running);

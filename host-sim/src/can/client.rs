@@ -131,7 +131,7 @@ pub fn state_name(status: u16) -> &'static str {
 }
 
 /// The entry of the consumer heartbeat time for this client; Studio uses the first one.
-const MONITORED: &str = "1016:2";
+pub const MONITORED: &str = "1016:2";
 
 /// Longest time of a stop.
 const STOPPED: Duration = Duration::from_secs(10);

@@ -122,7 +122,7 @@ pub fn hello(page: PageId, core: &Core, state: &State, bus: &str) -> Value {
         "version": env!("CARGO_PKG_VERSION"), "minutes": MINUTES,
         "objects": objects, "faults": faults(), "quantities": quantity::ALL,
         "excitations": SHAPES, "repetitions": REPETITIONS,
-        "commands": commands,
+        "commands": commands, "commission": super::commission::limits(),
         "parquet": cfg!(feature = "parquet"),
         "models": super::identify::models(), "tune": super::tuning::parameters(),
         "log": state.log,

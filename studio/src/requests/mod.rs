@@ -1,6 +1,7 @@
 //! Requests of pages. A request is a JSON object with `id`, `do` and its arguments; the answer has
 //! the same `id` and either `ok` or `error`.
 
+mod commission;
 mod dictionary;
 mod faults;
 mod files;
@@ -120,6 +121,10 @@ enum Request {
         node: u8,
         deg_s: f64,
     },
+    Press {
+        node: u8,
+        nm: f64,
+    },
     Preview {
         settings: ExcitationValues,
     },
@@ -193,6 +198,7 @@ enum Request {
         node: u8,
         values: BTreeMap<String, f64>,
     },
+    Commission(commission::Order),
     /// A part of the image of the next update.
     ImagePart {
         is_first: bool,
@@ -339,6 +345,7 @@ fn dispatch(context: Context, request: Request) {
         Request::Disable { node } => motion::disable(context, node),
         Request::Move { node, deg } => motion::go(context, node, deg),
         Request::Turn { node, deg_s } => motion::turn(context, node, deg_s),
+        Request::Press { node, nm } => motion::press(context, node, nm),
         Request::Preview { settings } => motion::preview(&context, &settings),
         Request::Excite { node, settings } => motion::excite(context, node, settings),
         Request::Read { node, objects } => objects::read(context, node, objects),
@@ -372,6 +379,7 @@ fn dispatch(context: Context, request: Request) {
         Request::Predict(prediction) => identify::predict(context, prediction),
         Request::Identify(identification) => identify::identify(context, identification),
         Request::TakeOver { node, values } => identify::take_over(context, node, values),
+        Request::Commission(order) => commission::commission(context, order),
         Request::ImagePart { is_first, hex } => update::part(&context, is_first, &hex),
         Request::Update { node } => update::update(context, node),
         Request::BreakEncoder { node, is_broken } => {

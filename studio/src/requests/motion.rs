@@ -18,14 +18,18 @@ pub fn stop(context: &Context) {
 pub fn enable(context: Context, node: u8) {
     // The supervisor ends a stop up to 50 ms after the drive is off: what is enabled in between
     // must not be stopped by it.
-    let is_stopping = context.core.with_node(node, |node| {
+    let refusal = context.core.with_node(node, |node| {
         if node.is_stopping && !node.is_powered() {
             (node.is_stopping, node.enabled_by) = (false, None);
         }
-        node.is_stopping
+        match (node.is_stopping, node.commissioned_by) {
+            (true, _) => Some("the drive is stopping"),
+            (_, Some(_)) => Some("the actuator is being commissioned"),
+            _ => None,
+        }
     });
-    if is_stopping == Some(true) {
-        return context.reply.result(Err("the drive is stopping".into()));
+    if let Some(why) = refusal.flatten() {
+        return context.reply.result(Err(why.into()));
     }
     let page = context.page;
     context.move_at_node(node, move |core, client| {
@@ -37,14 +41,14 @@ pub fn disable(context: Context, node: u8) {
     context.at_node(node, |_, client| client.disable().map(|()| json!(null)));
 }
 
-/// In thousandths; `None` for what no object holds.
-fn thousandths(deg: f64) -> Option<i32> {
-    let value = (deg * 1e3).round();
+/// In parts of which a unit has this many; `None` for what no object holds.
+fn parts(value: f64, parts: f64) -> Option<i32> {
+    let value = (value * parts).round();
     (value.abs() <= f64::from(i32::MAX)).then_some(value as i32)
 }
 
 pub fn go(context: Context, node: u8, deg: f64) {
-    match thousandths(deg).map(Target::Angle) {
+    match parts(deg, 1e3).map(Target::Angle) {
         Some(target) => command(context, node, target),
         None => context
             .reply
@@ -53,7 +57,7 @@ pub fn go(context: Context, node: u8, deg: f64) {
 }
 
 pub fn turn(context: Context, node: u8, deg_s: f64) {
-    match thousandths(deg_s).map(Target::Rate) {
+    match parts(deg_s, 1e3).map(Target::Rate) {
         Some(target) => command(context, node, target),
         None => context
             .reply
@@ -61,13 +65,22 @@ pub fn turn(context: Context, node: u8, deg_s: f64) {
     }
 }
 
+pub fn press(context: Context, node: u8, nm: f64) {
+    match parts(nm, 1e6).map(Target::Torque) {
+        Some(target) => command(context, node, target),
+        None => context
+            .reply
+            .result(Err(format!("the target is {nm} N m, expected a torque"))),
+    }
+}
+
 fn command(context: Context, node: u8, target: Target) {
     let is_enabled = context.core.with_node(node, |node| {
-        let is_enabled = node.is_enabled() && !node.is_stopping;
-        if is_enabled {
+        let is_taken = node.takes_targets();
+        if is_taken {
             node.target = Some(target);
         }
-        is_enabled
+        is_taken
     });
     if is_enabled != Some(true) {
         return context.reply.result(Err("the drive is not enabled".into()));
@@ -110,9 +123,7 @@ pub fn excite(context: Context, node: u8, settings: ExcitationValues) {
     if let Err(error) = excitation::settings(&settings.0) {
         return context.reply.result(Err(error.to_string()));
     }
-    let is_enabled = context
-        .core
-        .with_node(node, |node| node.is_enabled() && !node.is_stopping);
+    let is_enabled = context.core.with_node(node, |node| node.takes_targets());
     if is_enabled != Some(true) {
         return context.reply.result(Err("the drive is not enabled".into()));
     }

@@ -62,6 +62,7 @@ pub const FILES: &[Asset] = scripts![
     "identify.js",
     "faults.js",
     "bus.js",
+    "commission.js",
     "topics.js",
     "tour.js",
     "xy.js",

@@ -7,7 +7,7 @@ import { closeBrowser, studio, visit, wait } from './session.mjs';
 
 const [actuator, pictures, axe] = process.argv.slice(2);
 const AXE = readFileSync(axe, 'utf8');
-const VIEWS = ['devices', 'live', 'move', 'parameters', 'tune', 'identify', 'faults', 'bus', 'tour'];
+const VIEWS = ['devices', 'live', 'move', 'parameters', 'tune', 'identify', 'commission', 'faults', 'bus', 'tour'];
 // In forced colours the browser replaces colours, which axe does not see.
 const FINDINGS = forced => `axe.run({ rules: { 'color-contrast': { enabled: ${!forced} } } }).then(({ violations }) => violations.filter(({ impact }) => impact === 'serious' || impact === 'critical').map(({ id, nodes }) => id + ': ' + nodes[0].html.slice(0, 120)))`;
 // What can be scrolled sideways, hidden or not.
@@ -35,6 +35,13 @@ const WEAK = `(() => {
   return weak;
 })()`;
 
+// What a view reads has arrived, and its plots are drawn.
+const SHOWN = { parameters: "document.querySelectorAll('#view-parameters tbody tr').length > 30", tune: "document.querySelector('#bode canvas')", identify: "document.querySelectorAll('#view-identify tbody tr').length > 3", commission: "document.getElementById('commission-low').value", move: "document.querySelector('#view-move .preview canvas')" };
+const settled = async (page, view) => {
+  await page.until(SHOWN[view] ?? 'true');
+  for (let before = -1, now; (now = await page.evaluate("document.querySelectorAll('#view *').length")) !== before; before = now) await wait(150);
+};
+
 const run = await studio(actuator);
 try {
   for (const scheme of ['light', 'dark', 'forced']) {
@@ -44,7 +51,7 @@ try {
       await page.until("document.querySelectorAll('#view-devices tbody tr').length > 1");
       for (const view of VIEWS) {
         await page.show(view);
-        await wait(700);
+        await settled(page, view);
         const where = `${view}, ${width} px, ${scheme}`;
         if (!forced) assert.deepEqual(await page.evaluate(WEAK), [], where);
         assert.deepEqual(await page.evaluate(`(window.axe ? 0 : (0, eval)(${JSON.stringify(AXE)}), ${FINDINGS(forced)})`), [], where);

@@ -44,6 +44,33 @@ try {
   await page.moveTo(10);
   console.log('rates');
 
+  // A torque below friction holds the shaft, a larger one turns it up to the travel limit, and both
+  // are those that were typed. It is measured by the motor current.
+  const torqueOf = () => request(page, 'read', { node: 1, objects: ['6071', '6074', '6076', '6061'] });
+  const press = async text => { await page.fill('#target', text); await page.tap('#go'); };
+  await page.fill('#kind', 'torque');
+  await page.until("/^1[.]8\\d* N m$/.test(document.querySelector('#view-move .ends span:last-child').textContent)");
+  await press('0,01');
+  await page.until("import('/state.js').then(({ chosen }) => chosen().mode === 4)");
+  await wait(500);
+  assert.ok(Math.abs(await page.angle() - 10) < 1, `${await page.angle()} deg with a torque below friction`);
+  await press('-0.1 N m');
+  await page.until("Math.abs(parseFloat(document.getElementById('angle').textContent) + 60) < 1");
+  const { '6071:0': target, '6076:0': rated, '6061:0': mode } = await torqueOf();
+  assert.deepEqual([target, mode], [Math.round(-0.1 / (rated / 1000) * 1000), 4]);
+  await wait(500);
+  assert.ok(await page.angle() > -61, 'it rests at the limit');
+  for (const [text, why] of [['1,9', /expected -1[.]8\d* to 1[.]8\d* N m/], ['0,1 Nm2', /expected a number in N m/], ['5 deg', /expected a number in N m/]]) {
+    await press(text);
+    assert.match(await page.text('#target-why'), why, text);
+  }
+  await page.evaluate("[...document.querySelectorAll('.jog button')].find(b => b.textContent === '+0.1').click()");
+  await wait(300);
+  assert.equal((await torqueOf())['6074:0'], 0, 'from the last torque by a step to none');
+  await page.fill('#kind', 'angle');
+  await page.moveTo(10);
+  console.log('torques');
+
   // Radians in fields, limits, plots and parameters.
   await page.fill('#angles', 'rad');
   await page.until("document.getElementById('angle').textContent.includes('rad') && document.querySelector('#view-move .ends').textContent.includes('1.047')");
@@ -156,6 +183,20 @@ try {
     await page.tap(button);
     assert.match(await saved(file), begin);
   }
+
+  // The counters of the protections keep the highest value: that of a wire that was off.
+  await page.show('faults');
+  const lost = column => page.evaluate(`+document.querySelector('#health tbody tr').cells[${column}].textContent`);
+  await page.until("document.querySelectorAll('#health tbody tr').length === 13 && document.querySelector('#health tbody tr').cells[2].textContent === '0'");
+  const wire = text => page.evaluate(`[...document.querySelectorAll('#view-faults button')].find(b => b.textContent === '${text}').click()`);
+  await wire('Break the encoder');
+  await page.until("+document.querySelector('#health tbody tr').cells[2].textContent > 3");
+  await wire('Mend it');
+  await page.until("document.querySelector('#health tbody tr').cells[1].textContent === '0'");
+  assert.ok(await lost(2) > await lost(1), 'the highest stays');
+  await page.tap('#reset');
+  await page.until("!document.querySelector('.problem')");
+  console.log('health');
 
   // The tour, from a new page.
   const begun = Date.now();

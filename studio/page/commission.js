@@ -1,0 +1,146 @@
+// The commissioning of an actuator: its wiring is checked, its motor measured, and what was found
+// saved.
+import { h, put, say, button, attempt, badge, short, table, fixed } from './dom.js';
+import { on, request } from './socket.js';
+import { NumberField } from './number.js';
+import { state, watch, chosen, hasControl, object, limits, factor, angleUnit, read } from './state.js';
+import { hold } from './control.js';
+import { LivePlot, panelsOf, animate } from './plot.js';
+import { saving } from './save.js';
+
+const LIMITS = ['607D:1', '607D:2'];
+
+// What was entered, by actuator, and the last commissioning stay while other views are shown.
+const entered = new Map();
+let findsStops = false, saves = true, last = null, changed = () => {};
+
+on('commission', ({ node, task, at_s, text, answer }) => {
+  // Another page may have begun it.
+  if (last?.isOver !== false || last.node !== node) last = { node, lines: [], isOver: false };
+  if (answer) {
+    Object.assign(last, { answer, isOver: true });
+    return changed();
+  }
+  last.task = task;
+  last.begun ??= at_s;
+  last.lines.push([`${fixed(at_s - last.begun, 1)} s`, text]);
+  changed();
+});
+on('closed', () => { if (last) last.isOver = true; });
+
+// Names and units as the findings have them: `torque_constant_nm_a` is in N m/A.
+const UNITS = { ohm: 'Ω', nm_a: 'N m/A', nm_s: 'N m s/rad', kg_m2: 'kg m²', deg_c: '°C', nm: 'N m', mdeg: 'mdeg', deg: 'deg', v: 'V', s: 's' };
+const named = name => {
+  const unit = Object.keys(UNITS).find(unit => name.endsWith(`_${unit}`));
+  return { name: (unit ? name.slice(0, -unit.length - 1) : name).replaceAll('_', ' '), unit: unit ? UNITS[unit] : '' };
+};
+// The rows of a table of all values and estimates in the findings.
+const rowsOf = (findings, path = []) => Object.entries(findings).flatMap(([key, value]) => {
+  const { name, unit } = named(key), row = (value, error) => [{ name: [...path, name].join(', '), value, error, unit }];
+  if (typeof value === 'number') return row(value, null);
+  if (value === null || typeof value !== 'object' || Array.isArray(value)) return [];
+  return 'standard_error' in value ? row(value.value, value.standard_error) : rowsOf(value, [...path, name]);
+});
+// The motor first, then what else is estimated.
+const rank = ({ name, error }) => error == null ? 2 : name.includes(',') ? 1 : 0;
+
+const show = host => {
+  const { commission } = state.hello, [least, most] = commission.range_deg;
+  // The ends of the range that two turns around zero hold.
+  const low = new NumberField('commission-low', limits(-most, most, 'deg'), null, keep), high = new NumberField('commission-high', limits(-most, most, 'deg'), null, keep);
+  const whole = (id, { min, max, default: usual }, unit) => new NumberField(id, { min, max, unit, isWhole: true }, usual);
+  const current = whole('commission-current', commission.current_pct, '%'), rate = whole('commission-rate', commission.rate_deg_s, 'deg/s');
+  // A refused text changes nothing but the reason.
+  for (const { input } of [low, high, current, rate]) for (const event of ['input', 'change']) input.addEventListener(event, () => update());
+  const box = (id, checked, onchange) => h('input', { type: 'checkbox', id, checked, onchange });
+  const stops = box('commission-stops', findsStops, () => { findsStops = stops.checked; update(); });
+  const save = box('commission-save', saves, () => { saves = save.checked; });
+  const begin = hold('Hold to commission', run, { id: 'commission-begin', title: 'Hold the button, or Enter' });
+  const end = button('End', () => attempt(() => request('cancel', { task: last.task })), { id: 'commission-end' });
+  const why = h('p', { class: 'soft', id: 'commission-why', 'aria-live': 'polite' }), lines = h('ol', { class: 'log steps', id: 'commission-lines', 'aria-live': 'polite' });
+  const result = h('div', { id: 'commission-result', class: 'column' }), plots = h('div');
+  const unitOf = angleUnit();
+  const row = (field, name, unit, title) => [h('label', { for: field.input.id, title }, name), field.element, h('span', { class: 'unit' }, unit)];
+  const panels = panelsOf(state.hello.quantities).filter(panel => ['angle', 'current'].includes(panel.id));
+  const plot = new LivePlot(plots, panels, { reserved: 420, least: 120, sync: 'commission' });
+  put(host, h('div', { class: 'cards two' },
+    h('div', { class: 'column' },
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Commissioning'), h('div', { class: 'row' }, end, begin)), why,
+        h('p', { class: 'soft' }, 'The shaft moves by itself for up to two minutes. Pulses of growing torque check the wiring and give the resistance, runs at constant rate the torque constant and friction, excitations inertia and delay. Space stops it; then nothing is changed.'),
+        h('div', { class: 'fields' }, row(low, 'Lowest angle', unitOf), row(high, 'Highest angle', unitOf), row(current, 'Current', '% of rated', 'Highest current of the pulses, % of the rated current 6075h'), row(rate, 'Rate', 'deg/s', 'Highest rate of the runs')),
+        h('p', {}, h('label', {}, stops, ' Find the stops instead, at half of the current')),
+        h('p', {}, h('label', {}, save, ' Save the range and the motor (607Dh, 2011h) when all steps have succeeded'))),
+      h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Progress')), lines)),
+    h('div', { class: 'column' }, result, h('section', { class: 'card' }, plots, h('div', { class: 'row' }, saving(plots, 'commission'))))));
+
+  let node = null;
+  function keep() {
+    entered.set(node, [low, high].map(field => field.problem ? null : field.read() * factor('deg')));
+  }
+  const load = async () => {
+    if (!entered.has(node)) {
+      const values = await read(...LIMITS).catch(() => null);
+      if (values) entered.set(node, LIMITS.map(address => values[address] / 1000));
+    }
+    if (!host.isConnected) return;
+    [low, high].forEach((field, i) => field.set(entered.get(node)?.[i] == null ? null : entered.get(node)[i] / factor('deg')));
+    update();
+  };
+  // Why it cannot begin; empty if it can.
+  const problem = () => {
+    const one = chosen();
+    if (!hasControl()) return 'Another page has control: take it to commission.';
+    if (!one) return 'No actuator has been found.';
+    if (one.is_commissioned) return 'The actuator is being commissioned.';
+    if (state.busProblem || one.is_lost) return 'The actuator is not connected.';
+    if (one.has_fault) return 'A fault: see the view Faults, and reset it there.';
+    if (one.is_stopping) return 'The drive is stopping.';
+    if ([current, rate, ...findsStops ? [] : [low, high]].some(field => field.problem)) return 'A field has no valid number.';
+    const [from, to] = entered.get(node) ?? [];
+    if (!findsStops && !(to - from >= least && to - from <= most)) return `The range has ${short(to - from)} deg, expected ${least} to ${most} deg.`;
+    return '';
+  };
+  async function run() {
+    const { node } = state;
+    last = { node, lines: [], isOver: false };
+    const about = { node, current_pct: current.read(), rate_deg_s: rate.read(), range_deg: findsStops ? null : entered.get(node), saves };
+    changed();
+    try { await request('commission', about); } catch ({ message }) {
+      // Where it has not begun, nothing else shows why.
+      if (!last.isOver) Object.assign(last, { answer: { error: message }, isOver: true });
+      changed();
+    }
+  }
+  const present = () => {
+    const { answer } = last ?? {};
+    if (last?.node !== node || !answer) return put(result);
+    if (answer.error) return put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Not commissioned')), h('p', { class: 'note bad', role: 'alert' }, answer.error), h('p', { class: 'soft' }, 'The actuator has the parameters of before.')));
+    const { findings, objects, saved } = answer, all = rowsOf(findings).sort((a, b) => rank(a) - rank(b)), contradictions = findings.dynamics?.contradictions ?? [];
+    const [from, to] = findings.range_mdeg.map(mdeg => short(mdeg / 1000));
+    put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `Actuator ${node}, from ${from} to ${to} deg`), saved ? badge('written and saved', 'good') : badge('not written', 'warn')),
+      table(['Quantity', { name: 'Value', number: true }, { name: 'Standard error', number: true }, 'Unit'], h('tbody', {}, all.map(({ name, value, error, unit }) => h('tr', {}, h('td', {}, name), h('td', { class: 'number' }, short(value)), h('td', { class: 'number' }, error == null ? '' : short(+error.toPrecision(2))), h('td', { class: 'unit' }, unit))))),
+      contradictions.map(({ text }) => h('p', { class: 'note warn' }, `Contradicted by a second measurement, and not written: ${text}`)),
+      h('p', { class: 'soft' }, `${saved ? 'Written' : 'To be written'}: the range (607Dh)`, objects.map(address => `, ${object(address)?.entry.toLowerCase() ?? address} (${address})`), '.')));
+  };
+  let shown = null, count = -1;
+  const update = () => {
+    const text = problem(), isUnderWay = last?.isOver === false && last.node === node;
+    say(why, text);
+    begin.disabled = Boolean(text) || isUnderWay;
+    end.disabled = !isUnderWay || last.task == null;
+    for (const field of [low, high]) field.input.disabled = findsStops;
+    const own = last?.node === node ? last.lines : [];
+    if (own.length !== count || last !== shown?.last) { count = own.length; put(lines, own.toReversed().map(([time, text]) => h('li', {}, h('time', {}, time), text))); }
+    if (last !== shown?.last || last?.answer !== shown.answer) { shown = { last, answer: last?.answer }; present(); }
+  };
+  changed = update;
+  const unwatch = watch(() => {
+    const one = chosen()?.node ?? null;
+    if (one !== node) { node = one; shown = null; count = -1; put(result); if (node != null) { plot.show([node]); load(); } }
+    update();
+  });
+  const cancel = animate(() => plot.draw());
+  return () => { unwatch(); cancel(); plot.destroy(); changed = () => {}; };
+};
+
+export default { id: 'commission', title: 'Commission', icon: 'M4 12l5 5L20 6M4 20h16', show };

@@ -1,0 +1,118 @@
+// The commissioning of a simulated actuator, in German and English: what is refused, what ends it
+// and leaves the parameters of before, and what is found and saved. node commission.mjs ACTUATOR
+// PICTURES
+import assert from 'node:assert/strict';
+import { closeBrowser, studio, visit, wait } from './session.mjs';
+
+const [actuator, pictures] = process.argv.slice(2);
+// What a commissioning writes, and what it changes for its motion.
+const OBJECTS = ['607D:1', '607D:2', '2011:1', '2011:2', '2011:4', '2011:5', '2011:6', '6060:0', '6080:0', '6081:0'];
+
+const request = (page, what, values) => page.evaluate(`import('/socket.js').then(s => s.request('${what}', ${JSON.stringify(values)}))`);
+const parameters = page => request(page, 'read', { node: 1, objects: OBJECTS });
+const moves = page => page.until("document.getElementById('commission-lines').textContent.includes('torque of')");
+const over = page => page.until("document.querySelector('#commission-result h2') && document.getElementById('commission-end').disabled");
+const open = async (run, locale) => {
+  const page = await visit(run.url, { locale }, pictures);
+  await page.ready();
+  await page.show('commission');
+  await page.until("document.getElementById('commission-low').value === '-60' && document.getElementById('commission-high').value === '60'");
+  return page;
+};
+// Fills the range, and begins.
+const begin = async (page, low, high) => {
+  await page.fill('#commission-low', low);
+  await page.fill('#commission-high', high);
+  await page.until("!document.getElementById('commission-begin').disabled");
+  await page.hold('#commission-begin');
+  await page.until("!document.getElementById('commission-end').disabled || document.querySelector('#commission-result h2')");
+};
+
+const refused = async page => {
+  const why = text => page.until(`document.getElementById('commission-why').textContent.includes(${JSON.stringify(text)}) && document.getElementById('commission-begin').disabled`);
+  for (const [field, text, reason] of [['low', '1,2,3', 'expected a number in deg'], ['current', '201', 'expected 1 to 200 %'], ['current', '99,5', 'expected a whole number in %'], ['rate', '39', 'expected 40 to 2000 deg/s']]) {
+    const selector = `#commission-${field}`, usual = await page.evaluate(`document.querySelector('${selector}').value`);
+    await page.fill(selector, text);
+    assert.equal(await page.text(`${selector}-why`), reason);
+    await why('A field has no valid number.');
+    await page.fill(selector, usual);
+  }
+  await page.fill('#commission-low', '20,5');
+  await why('The range has 39.5 deg, expected 40 to 720 deg.');
+  // The shaft is not within this range: the library refuses it, with the step and the reason.
+  const before = await parameters(page);
+  await begin(page, '10', '60,0');
+  await over(page);
+  assert.match(await page.text('#commission-result .note.bad'), /^wiring: /);
+  assert.deepEqual(await parameters(page), before);
+};
+
+// Ends a commissioning while the shaft moves; the parameters are those of before.
+const ended = async (page, how, reason) => {
+  const before = await parameters(page);
+  await begin(page, '-45', '45');
+  await moves(page);
+  await how();
+  await over(page);
+  assert.match(await page.text('#commission-result .note.bad'), reason);
+  assert.match(await page.text('#commission-result'), /parameters of before/);
+  assert.deepEqual(await parameters(page), before);
+  await page.show('move');
+  await page.until("document.querySelector('#drive').textContent === 'switch on disabled'");
+  await page.show('commission');
+};
+
+const run = await studio(actuator);
+try {
+  const page = await open(run, 'de-DE');
+  await refused(page);
+  await ended(page, () => page.key(' ', 'Space'), /^stopped$/);
+  await ended(page, () => page.tap('#commission-end'), /^ended on request$/);
+
+  // Another page shows the progress. The actuator takes no other motion meanwhile, and stops with
+  // the page that has begun it.
+  const other = await open(run, 'en-US');
+  const before = await parameters(page);
+  await begin(page, '-45', '45');
+  await moves(other);
+  assert.match(await other.text('#commission-why'), /Another page has control/);
+  for (const [what, values] of [['enable', {}], ['move', { deg: 50 }], ['press', { nm: 0.5 }], ['commission', { range_deg: [-45, 45], current_pct: 100, rate_deg_s: 120, saves: false }]]) {
+    await assert.rejects(request(page, what, { node: 1, ...values }), /being commissioned|not enabled/, what);
+  }
+  await page.close();
+  await other.until("[...document.querySelectorAll('#node option')].length && import('/state.js').then(({ state }) => state.log.some(({ text }) => text === 'stopped: its page is closed'))");
+  await other.until("import('/state.js').then(({ chosen }) => !chosen().is_commissioned && !chosen().is_enabled)");
+  assert.deepEqual(await parameters(other), before);
+  await other.until("document.getElementById('control').textContent.includes('Watching') || document.getElementById('control').textContent.includes('has control')");
+  if ((await other.text('#control')).includes('Watching')) await other.tap('#control button');
+  await other.until("document.getElementById('control').textContent.includes('has control')");
+  console.log('refused, stopped, ended, and stopped with its page');
+
+  await begin(other, '-25', '25.0');
+  const begun = Date.now();
+  await over(other);
+  assert.equal(await other.exists('#commission-result .note.bad'), false, await other.text('#commission-result'));
+  const rows = Object.fromEntries(await other.evaluate("[...document.querySelectorAll('#commission-result tbody tr')].map(row => [...row.cells].map(cell => cell.textContent)).map(([name, ...cells]) => [name, cells])"));
+  const found = await parameters(other);
+  // The motor of the simulated actuator has 7.7 ohm, 3.62 mN m/A and 0.0232 kg m^2.
+  for (const [name, address, unit, least, most] of [['resistance', '2011:1', 'Ω', 7, 8.2], ['torque constant', '2011:2', 'N m/A', 0.0033, 0.0039], ['dynamics, inertia', '2011:4', 'kg m²', 0.021, 0.025]]) {
+    const [value, error, shown] = rows[name];
+    assert.equal(shown, unit);
+    assert.ok(+value > least && +value < most && +error > 0 && +error < 0.1 * +value, `${name}: ${value} +- ${error}`);
+    assert.ok(Math.abs(found[address] - +value) < 1e-4 * +value, `${address} is ${found[address]}`);
+  }
+  assert.match(await other.text('#commission-lines'), /excitation.*motion to .* deg.*rate of 120 deg\/s.*torque of/s, 'the last first');
+  assert.deepEqual([found['607D:1'], found['607D:2']], [-25_000, 25_000]);
+  assert.match(await other.text('#commission-result'), /written and saved.*armature resistance \(2011:1\)/s);
+  await other.picture('commission', true);
+  await other.show('move');
+  await other.until("document.querySelector('#view-move .ends').textContent.includes('25 deg')");
+  other.clean();
+  console.log(`commissioned in ${((Date.now() - begun) / 1000).toFixed(0)} s`);
+} catch (error) {
+  console.error(run.log());
+  throw error;
+} finally {
+  await closeBrowser();
+  await run.stop();
+}
