@@ -1,5 +1,5 @@
-//! The health of an actuator, objects 2052h and 2053h, over its node on the bus: a native board with
-//! noise, friction and magnet of its seed moves to and fro.
+//! The health of an actuator, objects 2052h and 2053h, over its node on the bus: a native board
+//! with noise, friction and magnet of its seed moves to and fro.
 
 use canopen::{CanFrame, NodeId};
 use embedded_can::{Frame, Id, StandardId};
