@@ -174,7 +174,7 @@ pub fn changed() -> impl Iterator<Item = &'static str> {
 }
 
 /// Proposes gains for what was found, and verifies them. The drive is off afterwards, with the
-/// objects of [`changed`] as they were verified.
+/// gains, 2011h, 2013h, 6083h and 6084h as they were verified.
 ///
 /// # Errors
 /// [`CommissionError`]; gains that cannot be found, and a loop that disagrees with its prediction,
