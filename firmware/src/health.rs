@@ -12,7 +12,8 @@
 //! inertia cancels as well: a motion begins and ends at the least rate, so the mean of its
 //! acceleration is zero. Therefore the results are taken where a motion ends.
 
-use model_core::control::encoder_word::Magnet;
+use canopen::cia402::Mode;
+use model_core::{control::encoder_word::Magnet, time::CONTROL_RATE_HZ};
 
 use crate::{
     application::{BoardState, Outputs},
@@ -30,10 +31,10 @@ const LENGTH: u16 = 4096;
 const ENOUGH: u16 = 1024;
 
 /// Fractional bits of a mean.
-const FRACTION: u32 = 14;
+const FRACTION: u32 = 13;
 
-/// Greatest value of a mean, 2^13: a difference of two stays below 2^28.
-const GREATEST: i32 = 1 << 13;
+/// Greatest value of a mean, the greatest supply and more: a difference of two is 2^28 at most.
+const GREATEST: i32 = 1 << 14;
 
 /// A mean over the last values, of all if they are few.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -47,7 +48,7 @@ impl Mean {
         self.0 += (value - self.0) / i32::from(count.max(1));
     }
 
-    /// In tenths; a mean is below 2^27.
+    /// In tenths; a mean is 2^27 at most.
     fn in_tenths(self) -> i32 {
         (self.0 * 10) >> FRACTION
     }
@@ -132,7 +133,16 @@ impl Health {
     /// Takes the outputs of a control period.
     pub fn observe(&mut self, settings: &HealthSettings, outputs: &Outputs) {
         let t = &outputs.telemetry;
-        if outputs.state != BoardState::Enabled || !t.present.is_empty() {
+        if t.tick.is_multiple_of(CONTROL_RATE_HZ) {
+            self.warnings = self.compare(settings);
+        }
+        // A torque ends a motion at any rate.
+        let is_torque = matches!(
+            outputs.motion.mode,
+            Mode::ProfileTorque | Mode::CyclicTorque
+        );
+        if outputs.state != BoardState::Enabled || !t.present.is_empty() || is_torque {
+            self.is_moving = false;
             return;
         }
         self.readings = self.readings.saturating_add(1).min(LENGTH);
@@ -150,11 +160,8 @@ impl Health {
             way.rate.take(sign * rate / 1000, way.count);
             way.back_emf.take(sign * t.back_emf_mv, way.count);
             way.current.take(sign * t.current_ma, way.count);
-        } else if was_moving {
-            if self.samples() >= ENOUGH {
-                self.results = Results::of(&self.positive, &self.negative);
-            }
-            self.warnings = self.compare(settings);
+        } else if was_moving && self.samples() >= ENOUGH {
+            self.results = Results::of(&self.positive, &self.negative);
         }
     }
 
@@ -304,15 +311,12 @@ mod tests {
         let mut health = Health::default();
         let mut share = |weak: u32, strong: u32| {
             for period in 0..weak + strong {
-                let mut out = outputs(if period == 0 { 50.0 } else { 0.0 }, 0, 0);
+                let mut out = outputs(0.0, 0, 0);
                 if period >= strong {
                     out.telemetry.magnet = Magnet::Marginal;
                 }
                 health.observe(&settings, &out);
             }
-            // The end of a motion.
-            health.observe(&settings, &outputs(50.0, 0, 0));
-            health.observe(&settings, &outputs(0.0, 0, 0));
             (health.warnings(), health.weak())
         };
         // Of all control periods 50 %, 33 % and 25 % are weak.

@@ -114,7 +114,7 @@ const show = host => {
   const present = () => {
     const { answer } = last ?? {};
     if (last?.node !== node || !answer) return put(result);
-    if (answer.error) return put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Not commissioned')), h('p', { class: 'note bad', role: 'alert' }, answer.error), h('p', { class: 'soft' }, 'The actuator has the parameters of before.')));
+    if (answer.error) return put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Not commissioned')), h('p', { class: 'note bad', role: 'alert' }, answer.error)));
     const { findings, objects, saved } = answer, all = rowsOf(findings).sort((a, b) => rank(a) - rank(b)), contradictions = findings.dynamics?.contradictions ?? [];
     const [from, to] = findings.range_mdeg.map(mdeg => short(mdeg / 1000));
     put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `Actuator ${node}, from ${from} to ${to} deg`), saved ? badge('written and saved', 'good') : badge('not written', 'warn')),

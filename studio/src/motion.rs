@@ -228,7 +228,7 @@ impl Supervisor {
                 if node.is_enabled() {
                     moving.push(*number);
                 } else if !node.is_powered() {
-                    (node.is_stopping, node.enabled_by, node.commissioned_by) = (false, None, None);
+                    (node.is_stopping, node.enabled_by) = (false, None);
                     off.push(*number);
                 }
                 // A quick stop that is under way needs no other.

@@ -212,9 +212,6 @@ fn of_state(node: &mut Node, statusword: Option<u16>) -> Option<Change> {
     }
     let is_released = was_powered && !node.is_powered();
     if is_released {
-        if node.is_stopping {
-            node.commissioned_by = None;
-        }
         (node.enabled_by, node.is_stopping, node.target) = (None, false, None);
     }
     Some(Change {

@@ -66,11 +66,14 @@ impl Commission {
         let kept = Kept::of(&mut client)?;
         let findings = client.supervised(interrupt::stop()?, measure, Client::quick_stop);
         let restored = kept.restore(&mut client);
-        // The error of the motion is more informative than that behind it.
-        let findings = findings?;
-        restored?;
+        let findings = match (findings, restored) {
+            (Ok(findings), Ok(())) => findings,
+            (Ok(_), Err(error)) => return Err(error.into()),
+            (Err(error), restored) => return Err(behind(error, restored)),
+        };
         if !self.dry_run {
-            commission::write(&mut client, &findings)?;
+            let written = commission::write(&mut client, &findings);
+            written.map_err(|error| behind(error, kept.restore(&mut client)))?;
         }
         match self.at.json() {
             true => print_json(&json!({
@@ -92,6 +95,17 @@ impl Commission {
             permille: self.current * 10,
             rate_mdeg_s: i32::from(self.rate) * 1000,
         })
+    }
+}
+
+/// An error, with that of the restoring which followed it.
+fn behind(error: CommissionError, restored: Result<(), ClientError>) -> Error {
+    match restored {
+        Ok(()) => error.into(),
+        Err(other) => Error::Conflict(format!(
+            "{error}; the parameters of before could not be restored, a reset without 1010h \
+             restores them: {other}"
+        )),
     }
 }
 
@@ -169,7 +183,7 @@ fn write_tuning(text: &mut String, tuning: &Tuning) {
             let name = format!("margins {name}");
             let _ = writeln!(text, "{name:<28}{phase_deg:.1} deg, {gain_db:.1} dB");
         }
-        let motions = [("step", Some(proposal.step)), ("moves", proposal.moves)];
+        let motions = [("step", proposal.step), ("moves", proposal.moves)];
         for (name, motion) in motions {
             let Some(motion) = motion else { continue };
             let name = format!("{name} against model, deg");

@@ -122,7 +122,7 @@ impl Application for Drive<'_> {
     fn status(&self) -> Status {
         let health = if !self.latched().is_empty() {
             Health::Error
-        } else if !self.outputs.telemetry.present.is_empty() {
+        } else if !self.outputs.telemetry.present.is_empty() || self.health.warnings() != 0 {
             Health::Warning
         } else {
             Health::Ok

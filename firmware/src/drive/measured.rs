@@ -145,8 +145,10 @@ impl Drive<'_> {
             Measured::HealthFriction => self
                 .health
                 .results()
-                .map_or(0, |it| it.friction.max(0) as u64),
-            Measured::HealthLoad => short(self.health.results().map_or(0, |it| it.load)),
+                .map_or(0, |it| it.friction.max(0).min(u16::MAX.into()) as u64),
+            Measured::HealthLoad => {
+                short(sign().velocity * self.health.results().map_or(0, |it| it.load))
+            }
             Measured::HealthConstant => self
                 .health
                 .results()

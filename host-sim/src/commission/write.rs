@@ -34,15 +34,18 @@ impl Kept {
         Ok(Self { range_mdeg, values })
     }
 
-    /// Writes them again; the drive is off.
+    /// Writes them again; the drive is off. What is refused does not keep the others from being
+    /// written.
     ///
     /// # Errors
-    /// [`ClientError::Object`].
+    /// [`ClientError::Object`] of the first that was refused.
     pub fn restore(&self, client: &mut Client) -> Result<(), ClientError> {
-        for (object, value) in &self.values {
-            client.write(object, value)?;
-        }
-        write_range(client, self.range_mdeg)
+        let range = write_range(client, self.range_mdeg);
+        let others = self.values.iter();
+        others.fold(range, |first, (object, value)| {
+            let written = client.write(object, value);
+            first.and(written)
+        })
     }
 }
 

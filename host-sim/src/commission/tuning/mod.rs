@@ -99,7 +99,7 @@ pub struct Proposal {
     /// The lines of the sweep.
     pub lines: Vec<Line>,
     /// The step.
-    pub step: Motion,
+    pub step: Option<Motion>,
     /// The moves with feed-forward; `None` where the model is contradicted.
     pub moves: Option<Motion>,
 }
@@ -220,14 +220,20 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
     let lines = sweep(client, centre_mdeg, &identified, &mut twin, &predicted)?;
     let measured = verify::margins(&identified, &twin, &lines, predicted.crossing_hz);
     let mut disagreements = verify::of_sweep(&lines, &predicted, measured.as_ref());
-    let step = step(client, centre_mdeg, &twin)?;
-    disagreements.extend(step.disagreement("a step"));
+    // What disagrees with its prediction moves no further.
+    let mut stepped = None;
+    if disagreements.is_empty() {
+        let step = step(client, centre_mdeg, &twin)?;
+        disagreements.extend(step.disagreement("a step"));
+        stepped = Some(step);
+    }
     let contradiction = findings.dynamics.contradictions.first();
     let (moves, without_forward) = match contradiction {
         Some(found) => (
             None,
             Some(format!("the model is contradicted: {}", found.text)),
         ),
+        None if !disagreements.is_empty() => (None, Some("the gains are not verified".into())),
         None => {
             let moves = moves(client, centre_mdeg, &identified, &mut twin)?;
             (Some(moves), moves.disagreement("moves with feed-forward"))
@@ -242,7 +248,7 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
             least,
             measured,
             lines: lines.to_vec(),
-            step,
+            step: stepped,
             moves,
         }),
         disagreements,

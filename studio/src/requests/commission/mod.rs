@@ -150,11 +150,20 @@ struct Run {
 impl Run {
     fn answer(&self) -> Result<Value, String> {
         self.core.log("info", Some(self.node), "is commissioned");
-        let answer = self.commission().map_err(|error| match error {
-            // The error is that of the transfer that was under way.
-            _ if self.guard.is_stopped() => "stopped".to_owned(),
-            CommissionError::Client(ClientError::Interrupted) => "ended on request".to_owned(),
-            error => error.to_string(),
+        let answer = self.commission().map_err(|(error, restored)| {
+            let why = match error {
+                // The error is that of the transfer that was under way.
+                _ if self.guard.is_stopped() => "stopped".to_owned(),
+                CommissionError::Client(ClientError::Interrupted) => "ended on request".to_owned(),
+                error => error.to_string(),
+            };
+            match restored {
+                Ok(()) => format!("{why}. The actuator has the parameters of before."),
+                Err(error) => format!(
+                    "{why}. The parameters of before could not be restored; a restart of the \
+                     actuator restores them: {error}"
+                ),
+            }
         });
         match &answer {
             Ok(_) => self
@@ -168,20 +177,27 @@ impl Run {
         answer
     }
 
-    fn commission(&self) -> Result<Value, CommissionError> {
-        let kept = Kept::of(&mut self.client())?;
+    /// # Errors
+    /// What has ended it, and whether the parameters of before are in force.
+    fn commission(&self) -> Result<Value, (CommissionError, Result<(), ClientError>)> {
+        let kept = Kept::of(&mut self.client()).map_err(|error| (error.into(), Ok(())))?;
         let findings = self.measure();
         let restored = self.end(&kept);
         if let Err(error) = &restored {
             let text = format!("keeps parameters of the commissioning: {error}");
             self.core.log("fault", Some(self.node), &text);
         }
-        // The error of the motion is more informative than that behind it.
-        let findings = findings?;
-        restored?;
+        let is_ended = self.guard.is_stopped() || self.task.end().load(Ordering::Relaxed);
+        let findings = match findings {
+            Ok(findings) if restored.is_ok() && !is_ended => findings,
+            Ok(_) => return Err((ClientError::Interrupted.into(), restored)),
+            Err(error) => return Err((error, restored)),
+        };
         if self.saves {
             self.report("writes and saves what was found");
-            write(&mut self.client(), &findings)?;
+            let mut client = self.client();
+            let written = write(&mut client, &findings);
+            written.map_err(|error| (error, kept.restore(&mut client)))?;
         }
         Ok(json!({
             "saved": self.saves, "findings": findings,
