@@ -10,7 +10,7 @@ use super::{AtNode, print_json};
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
-use host_sim::can::client::Client;
+use host_sim::can::client::{Client, ClientError};
 use host_sim::commission::{
     self, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Tuning,
 };
