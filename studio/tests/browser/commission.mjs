@@ -66,8 +66,8 @@ const run = await studio(actuator);
 try {
   const page = await open(run, 'de-DE');
   await refused(page);
-  await ended(page, () => page.key(' ', 'Space'), /^stopped$/);
-  await ended(page, () => page.tap('#commission-end'), /^ended on request$/);
+  await ended(page, () => page.key(' ', 'Space'), /^stopped\. The actuator has the parameters of before\.$/);
+  await ended(page, () => page.tap('#commission-end'), /^ended on request\. The actuator has the parameters of before\.$/);
 
   // Another page shows the progress. The actuator takes no other motion meanwhile, and stops with
   // the page that has begun it.

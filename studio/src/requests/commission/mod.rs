@@ -151,7 +151,7 @@ impl Run {
     fn answer(&self) -> Result<Value, String> {
         self.core.log("info", Some(self.node), "is commissioned");
         let answer = self.commission().map_err(|(error, restored)| {
-            let why = match error {
+            let why = match *error {
                 // The error is that of the transfer that was under way.
                 _ if self.guard.is_stopped() => "stopped".to_owned(),
                 CommissionError::Client(ClientError::Interrupted) => "ended on request".to_owned(),
@@ -179,10 +179,11 @@ impl Run {
 
     /// # Errors
     /// What has ended it, and whether the parameters of before are in force.
-    fn commission(&self) -> Result<Value, (CommissionError, Result<(), ClientError>)> {
-        let kept = Kept::of(&mut self.client()).map_err(|error| (error.into(), Ok(())))?;
+    fn commission(&self) -> Result<Value, (Box<CommissionError>, Result<(), String>)> {
+        let ended = |error: CommissionError, restored| (Box::new(error), restored);
+        let kept = Kept::of(&mut self.client()).map_err(|error| ended(error.into(), Ok(())))?;
         let findings = self.measure();
-        let restored = self.end(&kept);
+        let restored = self.end(&kept).map_err(|error| error.to_string());
         if let Err(error) = &restored {
             let text = format!("keeps parameters of the commissioning: {error}");
             self.core.log("fault", Some(self.node), &text);
@@ -190,14 +191,17 @@ impl Run {
         let is_ended = self.guard.is_stopped() || self.task.end().load(Ordering::Relaxed);
         let findings = match findings {
             Ok(findings) if restored.is_ok() && !is_ended => findings,
-            Ok(_) => return Err((ClientError::Interrupted.into(), restored)),
-            Err(error) => return Err((error, restored)),
+            Ok(_) => return Err(ended(ClientError::Interrupted.into(), restored)),
+            Err(error) => return Err(ended(error, restored)),
         };
         if self.saves {
             self.report("writes and saves what was found");
             let mut client = self.client();
             let written = write(&mut client, &findings);
-            written.map_err(|error| (error, kept.restore(&mut client)))?;
+            written.map_err(|error| {
+                let restored = kept.restore(&mut client);
+                ended(error, restored.map_err(|error| error.to_string()))
+            })?;
         }
         Ok(json!({
             "saved": self.saves, "findings": findings,
