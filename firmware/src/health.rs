@@ -72,7 +72,7 @@ struct Way {
 pub struct Health {
     positive: Way,
     negative: Way,
-    /// Control periods with a valid angle, at most [`LENGTH`].
+    /// Control periods in which the actuator is enabled without a fault, at most [`LENGTH`].
     readings: u16,
     /// Share of them with a weak magnet, thousandths.
     weak: Mean,

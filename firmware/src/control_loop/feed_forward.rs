@@ -9,9 +9,9 @@
 //! u = N k w + R/(N k) (J a + b w + c sign(w))
 //! ```
 //!
-//! Its shares, object 2013h, are 0 by default: the loop of the paper. While the motor is
-//! driven neither they nor the motor of 2011h can be changed. It depends on the demand and the supply alone: at a stiff supply
-//! it does not change the stability of the loop.
+//! Its shares, object 2013h, are 0 by default: the loop of the paper. While the motor is driven
+//! neither they nor the motor of 2011h can be changed. It depends on the demand and the supply
+//! alone: at a stiff supply it does not change the stability of the loop.
 //!
 //! Targets that come every `n` control periods make a demand of straight lines, whose acceleration
 //! is 0 but where two of them meet. A filter of the first order with `n` control periods spreads it

@@ -47,31 +47,29 @@ fn parts(value: f64, parts: f64) -> Option<i32> {
     (value.abs() <= f64::from(i32::MAX)).then_some(value as i32)
 }
 
-pub fn go(context: Context, node: u8, deg: f64) {
-    match parts(deg, 1e3).map(Target::Angle) {
+/// Commands a target that is entered as this value; `kind` is what it has to be.
+fn command_value(context: Context, node: u8, target: Option<Target>, value: &str, kind: &str) {
+    match target {
         Some(target) => command(context, node, target),
         None => context
             .reply
-            .result(Err(format!("the target is {deg} deg, expected an angle"))),
+            .result(Err(format!("the target is {value}, expected {kind}"))),
     }
+}
+
+pub fn go(context: Context, node: u8, deg: f64) {
+    let target = parts(deg, 1e3).map(Target::Angle);
+    command_value(context, node, target, &format!("{deg} deg"), "an angle");
 }
 
 pub fn turn(context: Context, node: u8, deg_s: f64) {
-    match parts(deg_s, 1e3).map(Target::Rate) {
-        Some(target) => command(context, node, target),
-        None => context
-            .reply
-            .result(Err(format!("the target is {deg_s} deg/s, expected a rate"))),
-    }
+    let target = parts(deg_s, 1e3).map(Target::Rate);
+    command_value(context, node, target, &format!("{deg_s} deg/s"), "a rate");
 }
 
 pub fn press(context: Context, node: u8, nm: f64) {
-    match parts(nm, 1e6).map(Target::Torque) {
-        Some(target) => command(context, node, target),
-        None => context
-            .reply
-            .result(Err(format!("the target is {nm} N m, expected a torque"))),
-    }
+    let target = parts(nm, 1e6).map(Target::Torque);
+    command_value(context, node, target, &format!("{nm} N m"), "a torque");
 }
 
 fn command(context: Context, node: u8, target: Target) {

@@ -34,7 +34,7 @@ pub fn sine(amplitude_deg: f64, frequency_hz: f64) -> impl FnMut(f64) -> f64 {
 /// A standard input, with its default parameters, deg.
 ///
 /// # Panics
-/// If there is none of this name.
+/// If no input has this name.
 pub fn standard(name: &str) -> impl FnMut(f64) -> f64 {
     let input = Input::named(name).and_then(|input| input.excitation().ok());
     let input = input.expect("a standard input");

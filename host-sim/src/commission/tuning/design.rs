@@ -173,7 +173,7 @@ impl Identified {
 
     /// The fastest loop with the margins over the box and without a warning of [`tune::tune`]: of
     /// motors that differ by more, and of the step of the duty by a count of the encoder. `None` if
-    /// there is none.
+    /// no gains have them.
     pub fn fastest(&self, control: &ControlParameters) -> Option<Tuning> {
         let tuning = |rad_s| tune::tune(&self.request(control, rad_s)).ok();
         let holds = |rad_s: f64| {
