@@ -112,7 +112,9 @@ impl Emergency {
 pub(crate) struct EmergencyProducer {
     cob_id: u32,
     inhibit_100us: u16,
-    active: [Option<Emergency>; ACTIVE],
+    active: [Emergency; ACTIVE],
+    /// Number of active errors, the first of `active`.
+    actives: usize,
     /// Ring of errors; the newest is at index `newest`.
     history: [u32; HISTORY],
     newest: usize,
@@ -128,7 +130,8 @@ impl EmergencyProducer {
     pub const NEW: Self = Self {
         cob_id: 0,
         inhibit_100us: 0,
-        active: [None; ACTIVE],
+        active: [Emergency::communication(ErrorCode::NONE, 0); ACTIVE],
+        actives: 0,
         history: [0; HISTORY],
         newest: 0,
         recorded: 0,
@@ -144,21 +147,18 @@ impl EmergencyProducer {
         self.queue.clear();
         self.before_stop = 0;
         self.inhibit = Timer::EXPIRED;
-        for slot in &mut self.active {
-            if slot.is_some_and(|error| {
-                error.instance < FIRST_APPLICATION_INSTANCE
-                    && CLEARED_BY_RESET.contains(&error.code)
-            }) {
-                *slot = None;
-            }
+        let is_cleared = |error: &Emergency| {
+            error.instance < FIRST_APPLICATION_INSTANCE && CLEARED_BY_RESET.contains(&error.code)
+        };
+        while let Some(at) = self.active().iter().position(is_cleared) {
+            self.remove(at);
         }
     }
 
     /// Object 1001h.
     pub fn register(&self) -> u8 {
-        self.active
+        self.active()
             .iter()
-            .flatten()
             .fold(0, |bits, error| bits | error.register | register::GENERIC)
     }
 
@@ -168,8 +168,9 @@ impl EmergencyProducer {
         if self.position(error.code, error.instance).is_some() {
             return false;
         }
-        if let Some(free) = self.active.iter_mut().find(|slot| slot.is_none()) {
-            *free = Some(error);
+        if let Some(free) = self.active.get_mut(self.actives) {
+            *free = error;
+            self.actives += 1;
         }
         self.record(error);
         self.send(error.code, error.register, error);
@@ -178,23 +179,31 @@ impl EmergencyProducer {
 
     /// Returns whether the error was active.
     pub fn clear(&mut self, code: ErrorCode, instance: u8) -> bool {
-        let Some(slot) = self
-            .position(code, instance)
-            .and_then(|at| self.active.get_mut(at))
-        else {
-            return false;
-        };
-        let Some(error) = slot.take() else {
-            return false;
-        };
-        self.send(ErrorCode::NONE, 0, error);
-        true
+        let found = self.position(code, instance).and_then(|at| self.remove(at));
+        if let Some(error) = found {
+            self.send(ErrorCode::NONE, 0, error);
+        }
+        found.is_some()
     }
 
     fn position(&self, code: ErrorCode, instance: u8) -> Option<usize> {
-        self.active.iter().position(|slot| {
-            slot.is_some_and(|error| error.code == code && error.instance == instance)
-        })
+        self.active()
+            .iter()
+            .position(|error| error.code == code && error.instance == instance)
+    }
+
+    /// The active errors.
+    fn active(&self) -> &[Emergency] {
+        self.active.get(..self.actives).unwrap_or_default()
+    }
+
+    /// Removes an active error; the last one takes its place.
+    fn remove(&mut self, at: usize) -> Option<Emergency> {
+        let (last, _) = self.active.get_mut(..self.actives)?.split_last_mut()?;
+        let last = *last;
+        let removed = core::mem::replace(self.active.get_mut(at)?, last);
+        self.actives -= 1;
+        Some(removed)
     }
 
     fn record(&mut self, error: Emergency) {

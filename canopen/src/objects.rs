@@ -12,6 +12,9 @@ use crate::{Abort, sdo};
 const SAVE: u32 = u32::from_le_bytes(*b"save");
 const LOAD: u32 = u32::from_le_bytes(*b"load");
 
+/// The first index behind the communication area.
+const APPLICATION_AREA: u16 = 0x2000;
+
 /// The object dictionary together with the owners of its values.
 pub(crate) struct Objects<'a, A, const R: usize, const T: usize> {
     pub dictionary: &'static Dictionary,
@@ -24,7 +27,10 @@ impl<A: Application, const R: usize, const T: usize> Objects<'_, A, R, T> {
     /// Reads a numeric object.
     pub fn read_number(&mut self, entry: &Entry) -> Result<u64, Abort> {
         let address = entry.address();
-        if let Some(value) = self.services.read(address, self.dictionary) {
+        // The services have objects of the communication area only (CiA 301, 7.4.1).
+        if address.index < APPLICATION_AREA
+            && let Some(value) = self.services.read(address, self.dictionary)
+        {
             return value.map(u64::from);
         }
         // SDO parameters have constant values that contain the node-ID.

@@ -44,6 +44,11 @@ impl<T: Hash> Checked<T> {
         &self.value
     }
 
+    /// The check value.
+    pub fn check(&self) -> u32 {
+        self.check
+    }
+
     /// Number of changes, attempted ones included; wraps.
     pub fn changes(&self) -> u32 {
         self.changes

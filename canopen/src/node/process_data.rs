@@ -78,24 +78,27 @@ impl<const R: usize, const T: usize> Node<R, T> {
     /// Samples the mapped objects of a TPDO.
     fn sample(&mut self, number: usize, app: &mut impl Application) {
         let objects = &mut self.split(app).0;
-        let mut sample = 0_u64;
-        let mut bits = 0;
+        let mut sample = [0; 8];
+        let mut rest: &mut [u8] = &mut sample;
         for at in 0.. {
             let tpdo = objects.services.pdo_table.transmit().get(number);
             let Some(mapped) = tpdo.and_then(|tpdo| tpdo.map.object(at)) else {
                 break;
             };
-            let size = u32::from(mapped.size) * u8::BITS;
+            let Some((bytes, after)) = rest.split_at_mut_checked(usize::from(mapped.size)) else {
+                break;
+            };
             if let Some(entry) = mapped.entry {
                 // An object that cannot be read now is transmitted as zero.
                 let value = objects.read_number(entry).unwrap_or(0);
-                let mask = u64::MAX.unbounded_shr(u64::BITS.saturating_sub(size));
-                sample |= (value & mask).unbounded_shl(bits);
+                for (byte, value) in bytes.iter_mut().zip(value.to_le_bytes()) {
+                    *byte = value;
+                }
             }
-            bits += size;
+            rest = after;
         }
         if let Some((tpdo, parameters)) = self.services.tpdo(number) {
-            tpdo.set_sample(parameters, sample.to_le_bytes());
+            tpdo.set_sample(parameters, sample);
         }
     }
 

@@ -243,7 +243,8 @@ impl SdoServer {
             let done = self.send_segment(objects);
             self.abort_on_error(done, objects);
         }
-        self.reply.take()
+        // Without a reply, as in most cycles, nothing is copied.
+        self.reply.is_some().then(|| self.reply.take()).flatten()
     }
 }
 

@@ -193,6 +193,13 @@ impl Commands {
         check.is_some_and(|check| *check == check_value(self.at(number)))
     }
 
+    /// The sum of the check values of all queued commands.
+    pub fn check_of_queue(&self) -> u32 {
+        self.checks
+            .iter()
+            .fold(0, |sum, check| sum.rotate_left(5) ^ check)
+    }
+
     /// Writes the command of a number. Where the one from which it was made differs from its check
     /// value, so does this one.
     fn put(&mut self, number: u32, command: &Command, is_intact: bool) {

@@ -49,7 +49,7 @@ impl Drive<'_> {
             DriveCommand::Mode => signed(i32::from(commands.mode as i8)),
             DriveCommand::TargetPosition => position(self.targets.position),
             DriveCommand::PositionOffset => position(self.targets.offset),
-            DriveCommand::InterpolationPoint => position(self.targets.point),
+            DriveCommand::InterpolationPoint => position(self.points.last),
             DriveCommand::TargetVelocity => velocity(commands.target_velocity_mdeg_s),
             DriveCommand::VelocityOffset => velocity(commands.velocity_offset_mdeg_s),
             DriveCommand::TargetTorque => torque(self.targets.torque),
@@ -76,7 +76,7 @@ impl Drive<'_> {
                 return self.service.attempt(value as u32, password);
             }
             DriveCommand::TouchProbe => return self.touch_probes.set(value as u16),
-            DriveCommand::ClearPoints if value == 0 => self.targets.clear(),
+            DriveCommand::ClearPoints if value == 0 => self.points.clear(),
             DriveCommand::ClearPoints => {}
             DriveCommand::AbortConnection => return self.set_abort_connection(value as i32),
             DriveCommand::InterpolationPoint => return self.append_point(value as i32),
@@ -105,7 +105,6 @@ impl Drive<'_> {
             DriveCommand::Controlword => command.control = value as u16,
             DriveCommand::Mode => {
                 command.mode = Mode::from_code(value as i8).ok_or(Abort::Value)?;
-                targets.clear();
                 let target = targets.of_mode(command.mode);
                 command.target_position_mdeg = target.unwrap_or(command.target_position_mdeg);
                 command.target_torque_permille = targets.torque_of_mode(command.mode);
@@ -130,6 +129,9 @@ impl Drive<'_> {
         }
         self.post_command(&command)?;
         self.targets = targets;
+        if matches!(object, DriveCommand::Mode) {
+            self.points.clear();
+        }
         Ok(())
     }
 
@@ -147,7 +149,7 @@ impl Drive<'_> {
     /// waits and an RPDO is refused.
     fn append_point(&mut self, point: i32) -> Result<(), Abort> {
         let position = point.saturating_mul(Polarity::of(&self.values).position);
-        let is_accepted = self.targets.append(position);
+        let is_accepted = self.points.append(position);
         is_accepted.then_some(()).ok_or(Abort::NoResource)
     }
 
@@ -166,7 +168,7 @@ impl Drive<'_> {
         }
         let passed_us = passed_periods.saturating_mul(PERIOD_US).min(MOST_US) as i32;
         let period_us = i32::from(self.values.profile.interpolation_time) * 1000;
-        if let Some(point) = self.targets.next(passed_us, period_us) {
+        if let Some(point) = self.points.next(passed_us, period_us) {
             let mut command = command;
             command.set_position(point);
             // Nothing is queued: there is room.

@@ -78,7 +78,7 @@ impl Drive<'_> {
             Measured::TouchProbe1Negative => position(self.touch_probes.position(0, 1)),
             Measured::TouchProbe2Positive => position(self.touch_probes.position(1, 0)),
             Measured::TouchProbe2Negative => position(self.touch_probes.position(1, 1)),
-            Measured::BufferedPoints => self.targets.waiting() as u64,
+            Measured::BufferedPoints => self.points.waiting() as u64,
             Measured::DigitalInputs => {
                 u64::from(t.pulse_age < self.pulse_timeout()) << SERVO_PULSE_INPUT
             }

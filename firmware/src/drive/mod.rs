@@ -50,7 +50,7 @@ use crate::{
 use model::MotorModel;
 use service::{ServiceAccess, ServiceState};
 use store::ParameterStore;
-use targets::Targets;
+use targets::{Points, Targets};
 use touch_probe::TouchProbes;
 use update::Update;
 
@@ -103,6 +103,7 @@ pub struct Drive<'a> {
     capture: Capture<'a>,
     values: ObjectValues,
     targets: Targets,
+    points: Points,
     touch_probes: TouchProbes,
     model: MotorModel,
     health: Health,
@@ -137,6 +138,7 @@ impl<'a> Drive<'a> {
             reported: FaultSet::EMPTY,
             capture: Capture::new(buffer),
             targets: Targets::default(),
+            points: Points::default(),
             touch_probes: TouchProbes::default(),
             model: MotorModel::default(),
             health: Health::default(),
@@ -224,6 +226,7 @@ impl<'a> Drive<'a> {
         self.outputs.taken.command = self.messages.commands.unverified().number();
         self.messages.excitation.update(ExcitationRequest::stop);
         self.targets = Targets::default();
+        self.points = Points::default();
         self.touch_probes = TouchProbes::default();
         self.model = MotorModel::default();
         self.health = Health::default();

@@ -10,7 +10,7 @@ use canopen::cia402::Mode;
 /// Points of the buffer, 60C4h:1.
 const POINTS: usize = 16;
 
-/// Target positions and points, as the axis counts them, mdeg.
+/// Targets and offsets as they were written; positions as the axis counts them, mdeg.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Targets {
     /// 607Ah.
@@ -21,8 +21,13 @@ pub(super) struct Targets {
     pub torque: i16,
     /// 60B2h.
     pub torque_offset: i16,
+}
+
+/// The points of the interpolated position mode, as the axis counts them, mdeg.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Points {
     /// 60C1h:1, written last.
-    pub point: i32,
+    pub last: i32,
     points: [i32; POINTS],
     /// The number of points, the oldest first.
     waiting: usize,
@@ -50,7 +55,9 @@ impl Targets {
             _ => self.torque,
         }
     }
+}
 
+impl Points {
     /// Points that wait.
     pub fn waiting(&self) -> usize {
         self.waiting
@@ -63,7 +70,7 @@ impl Targets {
         let is_accepted = free.map(|free| *free = point).is_some();
         if is_accepted {
             self.waiting += 1;
-            self.point = point;
+            self.last = point;
         }
         is_accepted
     }
@@ -107,13 +114,13 @@ mod tests {
 
     /// The points that are due in control periods of 4 ms, for a master that writes in some.
     fn due(written: &[usize], periods: usize) -> Vec<(usize, i32)> {
-        let mut targets = Targets::default();
+        let mut points = Points::default();
         let mut due = Vec::new();
         for at in 0..periods {
             if let Some(number) = written.iter().position(|period| *period == at) {
-                assert!(targets.append(number as i32));
+                assert!(points.append(number as i32));
             }
-            due.extend(targets.next(4_000, 20_000).map(|point| (at, point)));
+            due.extend(points.next(4_000, 20_000).map(|point| (at, point)));
         }
         due
     }
@@ -132,12 +139,12 @@ mod tests {
 
     #[test]
     fn a_full_buffer_refuses_a_point_and_can_be_cleared() {
-        let mut targets = Targets::default();
-        assert!((0..POINTS as i32).all(|point| targets.append(point)));
-        assert!(!targets.append(16));
-        assert_eq!((targets.waiting(), targets.point), (16, 15));
-        targets.clear();
-        assert_eq!((targets.waiting(), targets.next(4_000, 20_000)), (0, None));
+        let mut points = Points::default();
+        assert!((0..POINTS as i32).all(|point| points.append(point)));
+        assert!(!points.append(16));
+        assert_eq!((points.waiting(), points.last), (16, 15));
+        points.clear();
+        assert_eq!((points.waiting(), points.next(4_000, 20_000)), (0, None));
     }
 
     #[test]

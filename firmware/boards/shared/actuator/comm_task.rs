@@ -3,12 +3,14 @@
 
 mod exchange;
 
-use core::mem::replace;
-
 use canopen::{CanFrame, NmtState, NodeId};
 use drivers::can::AcceptedIds;
 use embedded_can::{Frame as _, Id};
-use firmware::drive::{Device, StoredParameters};
+use firmware::{
+    check_value::Checked,
+    control_loop::Commands,
+    drive::{Device, StoredParameters},
+};
 
 use super::{
     bus_status,
@@ -78,9 +80,9 @@ impl CommTask {
     ) -> bool {
         if let Some(outputs) = self.reader.take(telemetry) {
             self.device.observe(outputs);
+            self.update_diagnostics();
         }
         let now_us = self.time_us(period);
-        self.update_diagnostics();
         self.discard_stale();
         self.has_backlog = self.queues.process_data.len() > 0;
         let identity = self.identity();
@@ -119,23 +121,24 @@ impl CommTask {
     /// a frame would act that no master has sent. A frame of DroneCAN, which may be a part of a
     /// transfer, is processed once. Returns whether the frame is process data.
     fn receive(&mut self, now_us: u64) -> bool {
-        let commands = self.device.drive.messages.commands;
         let is_canopen = self.device.dronecan().is_none();
         let process_data = self.queues.received.peek().filter(|f| is_process_data(f));
         let is_process_data = process_data.is_some();
         let repeated = process_data
             .filter(|_| is_canopen)
             .filter(|frame| !self.device.node().is_sync(frame.id()));
-        let is_repeated = repeated.is_some();
-        if let Some(frame) = repeated {
+        let once = repeated.map(|frame| {
+            let before = self.device.drive.messages.commands;
             self.device.receive(frame, now_us);
-        }
-        let once = replace(&mut self.device.drive.messages.commands, commands);
+            let once = check_values(&self.device.drive.messages.commands);
+            self.device.drive.messages.commands = before;
+            once
+        });
         if let Some(frame) = self.queues.received.dequeue() {
             self.device.receive(&frame, now_us);
         }
         let again = &mut self.device.drive.messages.commands;
-        if is_repeated && once.unverified() != again.unverified() {
+        if once.is_some_and(|once| once != check_values(again)) {
             again.invalidate();
         }
         is_process_data
@@ -162,6 +165,11 @@ impl CommTask {
             };
         }
     }
+}
+
+/// The check values of the commands: that of the message, and one of those of the queue.
+fn check_values(commands: &Checked<Commands>) -> (u32, u32) {
+    (commands.check(), commands.unverified().check_of_queue())
 }
 
 /// Whether a frame is no service: not NMT, SDO, the heartbeat of another node or LSS, whose

@@ -92,9 +92,10 @@ impl CanPort for Can1 {
     fn take_transmitted(&mut self) -> u32 {
         let status = self.0.tsr();
         let sent = status.read();
-        let count = [sent.txok0().bit(), sent.txok1().bit(), sent.txok2().bit()];
         status.write(|w| w.rqcp0().set_bit().rqcp1().set_bit().rqcp2().set_bit());
-        count.map(u32::from).iter().sum()
+        u32::from(sent.txok0().bit())
+            + u32::from(sent.txok1().bit())
+            + u32::from(sent.txok2().bit())
     }
 
     #[inline]
