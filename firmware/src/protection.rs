@@ -172,9 +172,12 @@ impl Protection {
             .or(self.temperature.check(&p.temperature, c))
             .or(self.timing.check(&p.timing, c))
             .or(self.travel.check())
-            .or(self
-                .plausibility
-                .check(&p.encoder, &settings.motor.ripple, c));
+            .or(self.plausibility.check(
+                &p.encoder,
+                &settings.motor.ripple,
+                self.travel.is_beyond_play(),
+                c,
+            ));
         (self.travel).learn(c.is_driving, c.measured.travelled, c.measured.back_emf_mv);
         self.winding.update(settings, c);
         present.put(Fault::Overload, settings.limits.is_exceeded(&self.winding));

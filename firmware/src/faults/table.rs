@@ -134,7 +134,7 @@ impl Fault {
     /// Maximum time from the start of the condition to the control step that latches the fault, ms;
     /// for [`Fault::Overload`] at twice the rated current, starting at 25 deg C, with the default
     /// model, for [`Fault::EncoderStuck`] and [`Fault::EncoderImplausible`] at a difference of 20
-    /// deg/s.
+    /// deg/s, for [`Fault::MotorPolarity`] at 90 deg/s.
     ///
     /// ```
     /// use firmware::{faults::Fault, parameters::BoardParameters};
@@ -156,7 +156,8 @@ impl Fault {
             Self::MeasurementLost => periods(p.timing.measurement_ms) as i32,
             // The duty that is compared is that of the control period before.
             Self::CurrentImplausible => CURRENT_IMPLAUSIBLE_PERIODS + 1,
-            Self::MotorPolarity => MOTOR_POLARITY_PERIODS,
+            // At 90 deg/s the way, of which the first period has half, takes one more.
+            Self::MotorPolarity => MOTOR_POLARITY_PERIODS + 1,
             Self::CommandTimeout => periods(p.command.command_timeout_ms) as i32 + 1,
             // The end of the pass after that in which it changed.
             Self::ProgramCorrupt => 2 * PROGRAM_CHECK_PERIODS as i32 + 1,
@@ -242,7 +243,7 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::EncoderJump,
             "encoder jump",
-            "the same, the last 1.5 deg or more from where the motor has turned the encoder",
+            "the same, the last 1.9 deg or more from where the motor has turned the encoder",
             Driven,
             0x7305,
         ),
@@ -357,7 +358,7 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::MotorPolarity,
             "motor polarity",
-            "for 12 ms a back-EMF of `stuck_back_emf_mv` or more while the encoder turns the other way",
+            "for 12 ms a back-EMF of `stuck_back_emf_mv` or more while the encoder turns the other way, by 1.6 deg or more in all; the time is that at 90 deg/s",
             Driven,
             0x7122,
         ),
@@ -379,7 +380,7 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::EncoderImplausible,
             "encoder implausible",
-            "the encoder's travel and the motor's, by the back-EMF, differ by 2 deg more than a share of it (45 % ahead, \
+            "the encoder's travel and the motor's, by the back-EMF, differ by 2.2 deg more than a share of it (45 % ahead, \
              25 % behind) and 1 deg/s; the time is that of a drift of 20 deg/s",
             Driven,
             0x7320,

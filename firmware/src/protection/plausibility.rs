@@ -11,7 +11,8 @@
 //! is the difference.
 //!
 //! A motor that is connected the wrong way round turns against the loop, which drives it to its
-//! full rate. Its back-EMF has the sign of the voltage, and the encoder turns the other way.
+//! full rate. Its back-EMF has the sign of the voltage, and the encoder turns the other way, by more
+//! than the play of the gears.
 
 use model_core::control::units::Rate;
 
@@ -62,6 +63,7 @@ impl PlausibilityGuard {
         &mut self,
         limits: &EncoderLimits,
         ripple: &Ripple,
+        is_beyond_play: bool,
         c: &Conditions<'_>,
     ) -> FaultSet {
         let mut present = FaultSet::EMPTY;
@@ -74,11 +76,8 @@ impl PlausibilityGuard {
             ),
         );
         let is_reversed = turns_against_back_emf(limits, c);
-        present.put(
-            Fault::MotorPolarity,
-            self.polarity
-                .update(is_reversed, MOTOR_POLARITY_PERIODS * CONTROL_PERIOD_MS),
-        );
+        let lasts = (self.polarity).update(is_reversed, MOTOR_POLARITY_PERIODS * CONTROL_PERIOD_MS);
+        present.put(Fault::MotorPolarity, lasts && is_beyond_play);
         present
     }
 }

@@ -70,7 +70,7 @@ fn until_implausible(mean_ma: i32, back_emf_mv: i32) -> Option<u32> {
     let ripple = Ripple::of(10.0, 1e-3);
     let mut guard = PlausibilityGuard::default();
     periods_until(|| {
-        let present = guard.check(&EncoderLimits::DEFAULT, &ripple, &driven(&measured));
+        let present = guard.check(&EncoderLimits::DEFAULT, &ripple, true, &driven(&measured));
         present.contains(Fault::CurrentImplausible)
     })
 }
@@ -88,6 +88,14 @@ fn less_than_a_third_of_the_expected_current_is_implausible_after_60_ms() {
 
 /// Periods until the motor's polarity is wrong, of a shaft with this rate and back-EMF.
 fn until_wrong_polarity(rate_deg_s: i32, back_emf_mv: i32) -> Option<u32> {
+    until_wrong_polarity_beyond_play(rate_deg_s, back_emf_mv, true)
+}
+
+fn until_wrong_polarity_beyond_play(
+    rate_deg_s: i32,
+    back_emf_mv: i32,
+    is_beyond_play: bool,
+) -> Option<u32> {
     let measured = Measured {
         travelled: Some(rate_deg_s.signum()),
         back_emf_mv: Some(back_emf_mv),
@@ -104,7 +112,7 @@ fn until_wrong_polarity(rate_deg_s: i32, back_emf_mv: i32) -> Option<u32> {
     let ripple = Ripple::of(10.0, 1e-3);
     let mut guard = PlausibilityGuard::default();
     periods_until(|| {
-        let present = guard.check(&limits, &ripple, &conditions);
+        let present = guard.check(&limits, &ripple, is_beyond_play, &conditions);
         present.contains(Fault::MotorPolarity)
     })
 }
@@ -118,6 +126,9 @@ fn an_encoder_that_turns_against_the_back_emf_is_noticed_after_12_ms() {
         // The play of the gears, in which a load turns the shaft slowly.
         assert_eq!(until_wrong_polarity(-20 * sign, 800 * sign), None);
         assert_eq!(until_wrong_polarity(-21 * sign, 800 * sign), Some(3));
+        // The motor takes it up against the shaft.
+        let within_play = until_wrong_polarity_beyond_play(-100 * sign, 800 * sign, false);
+        assert_eq!(within_play, None);
     }
 }
 

@@ -41,9 +41,9 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
                     .wrapping_add(317u16.wrapping_mul(since as u16)),
             ))
         }
-        // Two counts a control period, 44 deg/s, of a motor at rest.
+        // Three counts a control period, 66 deg/s, of a motor at rest.
         Fault::EncoderImplausible => {
-            *samples = Samples::at_rest(word(2u16.wrapping_mul(since as u16)));
+            *samples = Samples::at_rest(word(3u16.wrapping_mul(since as u16)));
         }
         Fault::OverCurrent => samples.current = Some(current(-2040)),
         // By the limit that `parameters` sets.

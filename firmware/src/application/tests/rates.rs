@@ -126,8 +126,8 @@ fn protection_and_estimate_agree_after_any_number_of_missed_periods() {
         );
     }
     for missed in [0, 1, 8, 9, 50] {
-        // Beyond 1.5 deg, 45 % of the way, and the offset of the back-EMF.
-        let further = 18 + 4 * (u16::from(missed) + 1);
+        // Beyond 1.9 deg, 45 % of the way, and the offset of the back-EMF.
+        let further = 22 + 4 * (u16::from(missed) + 1);
         let (before, after) = after_missed_periods(missed, further);
         // The protection rejects the count, and the estimate does not see it.
         assert_eq!((after.rate, after.angle), (before.rate, before.angle));
