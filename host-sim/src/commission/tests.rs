@@ -10,9 +10,10 @@ use model_core::sensors::adc::AdcCode;
 use model_core::sensors::noise::Noise;
 
 use super::{
-    CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits, Parameter, measure,
-    tune, write,
+    CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits, Parameter, find,
+    measure, tune, write,
 };
+use super::runs::arrive;
 use crate::can::client::Client;
 use crate::can::link::Link;
 use crate::can::names;
@@ -298,6 +299,35 @@ fn only_the_write_changes_what_the_actuator_keeps() {
         assert_eq!(stored, (value as f32).to_string(), "{object}");
     }
     assert_eq!(client.integer("607D:2").expect("a limit"), 45_000);
+}
+
+#[test]
+fn the_baseline_is_that_of_later_moves() {
+    for seed in 0..5 {
+        let mut client = client(&secret(seed), Defects::default());
+        let kept = Kept::of(&mut client).expect("values");
+        let mut steps = Vec::new();
+        let found = find(&mut client, &LIMITS, (&kept, true), |step| {
+            steps.push(step.to_owned());
+        });
+        let found = found.expect("a good bench");
+        assert_eq!(steps.len(), 3, "{steps:?}");
+        kept.restore(&mut client).expect("the drive is off");
+        assert_eq!(client.integer("2053:1").expect("a baseline"), 0);
+        write(&mut client, &found).expect("it saves");
+        client.enable(1).expect("no fault");
+        for _ in 0..20 {
+            for end_mdeg in [40_000, -40_000] {
+                arrive(&mut client, end_mdeg).expect("within the range");
+            }
+        }
+        let baseline = found.baseline.expect("it is taken");
+        let of = |client: &mut Client, sub| client.integer(&format!("2052:{sub}")).expect("a mean");
+        let DrivetrainParameters { electrical, gear_train, friction, .. } = secret(seed).drivetrain;
+        let nm = friction.coulomb_friction_nm + gear_train.bearing_friction_nm + 100.0 * friction.viscous_friction_nm_s_deg;
+        println!("truth {}", nm / electrical.torque_constant_nm_a / gear_train.gear_ratio * 1e3);
+        println!("{seed} {baseline:?} now {} {} change {} {}", of(&mut client,1), of(&mut client,3), of(&mut client,6), of(&mut client,7));
+    }
 }
 
 #[test]
