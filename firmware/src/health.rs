@@ -11,9 +11,13 @@
 //! with current and back-EMF in the direction of the motion. The current that accelerates the
 //! inertia cancels as well: a motion begins and ends at the least rate, so the mean of its
 //! acceleration is zero. Therefore the results are taken where a motion ends. The back-EMF shows
-//! where that is. The filtered rate lags by `t`, so between the places where it is the least rate
-//! the shaft loses `2 a t` by an acceleration `a`, and the friction of a motion of the time `T` is
-//! found too low by `J 2 a t/(k T)`.
+//! where that is, by its mean over the control period whose current is taken. The filtered rate lags
+//! by `t`, so between the places where it is the least rate the shaft loses `2 a t` by an
+//! acceleration `a`: the friction of a motion of the time `T` would be too low by `J 2 a t/(k T)`.
+//!
+//! The current is a mean over a PWM period, which does not have the coast window: where that cuts
+//! a slow decay, the mean over the control period is greater by `(E/R) (window + L/R)/period`.
+//! Therefore a friction is comparable with that of the same motions only.
 
 use canopen::cia402::Mode;
 use model_core::{control::encoder_word::Magnet, time::CONTROL_RATE_HZ};
@@ -86,6 +90,8 @@ pub struct Health {
     /// Share of them with a weak magnet, thousandths.
     weak: Mean,
     is_moving: bool,
+    /// Back-EMF of the control period before, mV.
+    last_mv: i32,
     results: Option<Results>,
     warnings: u8,
     /// The baseline of friction and constant with which the means have begun.
@@ -142,12 +148,7 @@ impl Warning {
 
 impl Health {
     /// Takes the outputs of a control period.
-    pub fn observe(
-        &mut self,
-        settings: &HealthSettings,
-        model: &ModelSettings,
-        outputs: &Outputs,
-    ) {
+    pub fn observe(&mut self, settings: &HealthSettings, model: &ModelSettings, outputs: &Outputs) {
         let t = &outputs.telemetry;
         // Means that begin with their baseline have no motion of before it.
         let baseline = (settings.friction, settings.constant);
@@ -172,10 +173,11 @@ impl Health {
         self.readings = self.readings.saturating_add(1).min(LENGTH);
         let is_weak = t.magnet == Magnet::Marginal;
         self.weak.take(i32::from(is_weak) * 1000, self.readings);
-        let is_moving = t.back_emf_mv.abs() > least_mv(model);
+        let mean_mv = (t.back_emf_mv + core::mem::replace(&mut self.last_mv, t.back_emf_mv)) / 2;
+        let is_moving = mean_mv.abs() > least_mv(model);
         let was_moving = core::mem::replace(&mut self.is_moving, is_moving);
         if self.is_moving {
-            let (way, sign) = if t.back_emf_mv > 0 {
+            let (way, sign) = if mean_mv > 0 {
                 (&mut self.positive, 1)
             } else {
                 (&mut self.negative, -1)

@@ -81,10 +81,13 @@ pub fn baseline(
     client.write(friction, "0")?;
     client.pause(CHANGE)?;
     client.enable(1)?;
-    client.write("6081", &limits.rate_mdeg_s.to_string())?;
+    // The friction is comparable with that of the same motions only: those of the axis, within the
+    // limit of the rate.
+    let rate_mdeg_s = client.integer("6081")?.min(limits.rate_mdeg_s.into());
+    client.write("6081", &rate_mdeg_s.to_string())?;
     let centre_mdeg = low.midpoint(high);
     let half_mdeg = ((f64::from(high - low) / 2.0 * SHARE) as i32).min(HALF_WAY_MDEG);
-    let way_s = f64::from(2 * half_mdeg) / f64::from(limits.rate_mdeg_s);
+    let way_s = f64::from(2 * half_mdeg) / rate_mdeg_s.max(1) as f64;
     for _ in 0..(TIME_S / way_s).ceil() as u32 {
         arrive(client, centre_mdeg + half_mdeg)?;
         arrive(client, centre_mdeg - half_mdeg)?;

@@ -9,11 +9,11 @@ use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::sensors::adc::AdcCode;
 use model_core::sensors::noise::Noise;
 
+use super::runs::arrive;
 use super::{
     CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits, Parameter, find,
     measure, tune, write,
 };
-use super::runs::arrive;
 use crate::can::client::Client;
 use crate::can::link::Link;
 use crate::can::names;
@@ -305,6 +305,7 @@ fn only_the_write_changes_what_the_actuator_keeps() {
 fn the_baseline_is_that_of_later_moves() {
     for seed in 0..5 {
         let mut client = client(&secret(seed), Defects::default());
+        client.write("6081", "120000").expect("in range");
         let kept = Kept::of(&mut client).expect("values");
         let mut steps = Vec::new();
         let found = find(&mut client, &LIMITS, (&kept, true), |step| {
@@ -323,10 +324,24 @@ fn the_baseline_is_that_of_later_moves() {
         }
         let baseline = found.baseline.expect("it is taken");
         let of = |client: &mut Client, sub| client.integer(&format!("2052:{sub}")).expect("a mean");
-        let DrivetrainParameters { electrical, gear_train, friction, .. } = secret(seed).drivetrain;
-        let nm = friction.coulomb_friction_nm + gear_train.bearing_friction_nm + 100.0 * friction.viscous_friction_nm_s_deg;
-        println!("truth {}", nm / electrical.torque_constant_nm_a / gear_train.gear_ratio * 1e3);
-        println!("{seed} {baseline:?} now {} {} change {} {}", of(&mut client,1), of(&mut client,3), of(&mut client,6), of(&mut client,7));
+        assert_eq!(baseline.without_baseline, None, "bench {seed}");
+        let stored = [client.integer("2053:1"), client.integer("2053:2")].map(Result::ok);
+        let of = |value: f64| Some(value as i64);
+        let objects = baseline.objects();
+        assert_eq!(stored, [of(objects[0].1), of(objects[1].1)]);
+        let friction = client.integer("2052:1").expect("a mean") as f64 / 10.0;
+        println!(
+            "bench {seed}: {} mA, later {friction}",
+            baseline.friction_ma
+        );
+        // The codes of the converter are 1.6 mA.
+        let difference_ma = friction - baseline.friction_ma;
+        assert!(
+            difference_ma.abs() < 3.0,
+            "bench {seed}: {difference_ma} mA"
+        );
+        let permille = client.integer("2052:7").expect("a change");
+        assert!(permille.abs() < 10, "bench {seed}: {permille}");
     }
 }
 

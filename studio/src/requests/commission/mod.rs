@@ -273,7 +273,10 @@ fn joined<T: Send>(
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
         Err(CommissionError::Refused {
             step: "commissioning",
-            why: format!("it has failed: {}", text.unwrap_or("the reason is not known")),
+            why: format!(
+                "it has failed: {}",
+                text.unwrap_or("the reason is not known")
+            ),
         })
     })
 }
