@@ -11,7 +11,12 @@ const OBJECTS = ['607D:1', '607D:2', '2011:1', '2011:2', '2011:4', '2011:5', '20
 const request = (page, what, values) => page.evaluate(`import('/socket.js').then(s => s.request('${what}', ${JSON.stringify(values)}))`);
 const parameters = page => request(page, 'read', { node: 1, objects: OBJECTS });
 const moves = page => page.until("document.getElementById('commission-lines').textContent.includes('torque of')");
-const over = page => page.until("document.querySelector('#commission-result h2') && document.getElementById('commission-end').disabled");
+// A whole commissioning takes longer than a page is waited for otherwise: up to three minutes.
+const over = async page => {
+  const isOver = "Boolean(document.querySelector('#commission-result h2') && document.getElementById('commission-end').disabled)";
+  for (const end = Date.now() + 120_000; Date.now() < end && !await page.evaluate(isOver);) await wait(200);
+  await page.until(isOver);
+};
 const open = async (run, locale) => {
   const page = await visit(run.url, { locale }, pictures);
   await page.ready();
