@@ -292,7 +292,10 @@ mod tests {
                 let out = outputs(100.0 * f64::from(sign), current_ma, sign * 2000 + 40);
                 health.observe(settings, &MODEL, &out);
             }
-            health.observe(settings, &MODEL, &outputs(0.0, 0, 40));
+            // The mean over the first period at rest is above that of the least rate still.
+            for _ in 0..2 {
+                health.observe(settings, &MODEL, &outputs(0.0, 0, 40));
+            }
         }
         health
     }
