@@ -312,7 +312,8 @@ mod tests {
         assert!((friction - 300).abs() <= 10, "{friction}");
         // The offset of the current counts as a load.
         assert!((load - 150).abs() <= 75, "{load}");
-        assert!((constant - 20_000).abs() <= 20, "{constant}");
+        // The last motion weighs 2.5 % more: of 40 mV in 2000 mV, 0.05 %; of its period at rest, 0.5 %.
+        assert!((constant - 20_000).abs() <= 30, "{constant}");
         assert_eq!(health.warnings(), 0);
     }
 
