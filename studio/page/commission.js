@@ -29,7 +29,7 @@ on('commission', ({ node, task, at_s, text, answer }) => {
 on('closed', () => { if (last) last.isOver = true; });
 
 // Names and units as the findings have them: `torque_constant_nm_a` is in N m/A.
-const UNITS = { ohm: 'Ω', nm_a: 'N m/A', nm_s: 'N m s/rad', kg_m2: 'kg m²', deg_c: '°C', nm: 'N m', mdeg: 'mdeg', deg: 'deg', v: 'V', s: 's' };
+const UNITS = { ohm: 'Ω', v_s_deg: 'V s/deg', ma: 'mA', hz: 'Hz', db: 'dB', nm_a: 'N m/A', nm_s: 'N m s/rad', kg_m2: 'kg m²', deg_c: '°C', nm: 'N m', mdeg: 'mdeg', deg: 'deg', v: 'V', s: 's' };
 const named = name => {
   const unit = Object.keys(UNITS).find(unit => name.endsWith(`_${unit}`));
   return { name: (unit ? name.slice(0, -unit.length - 1) : name).replaceAll('_', ' '), unit: unit ? UNITS[unit] : '' };
@@ -66,10 +66,10 @@ const show = host => {
   put(host, h('div', { class: 'cards two' },
     h('div', { class: 'column' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Commissioning'), h('div', { class: 'row' }, end, begin)), why,
-        h('p', { class: 'soft' }, 'The shaft moves by itself for up to two minutes. Pulses of growing torque check the wiring and give the resistance, runs at constant rate the torque constant and friction, excitations inertia and delay. Space stops it; then nothing is changed.'),
+        h('p', { class: 'soft' }, 'The shaft moves by itself for up to three minutes. Pulses of growing torque check the wiring and give the resistance, runs at constant rate the torque constant and friction, excitations inertia and delay. Gains follow, which motions verify, and the baseline of the health. Space stops it; then nothing is changed.'),
         h('div', { class: 'fields' }, row(low, 'Lowest angle', unitOf), row(high, 'Highest angle', unitOf), row(current, 'Current', '% of rated', 'Highest current of the pulses, % of the rated current 6075h'), row(rate, 'Rate', 'deg/s', 'Highest rate of the runs')),
         h('p', {}, h('label', {}, stops, ' Find the stops instead, at half of the current')),
-        h('p', {}, h('label', {}, save, ' Save the range and the motor (607Dh, 2011h) when all steps have succeeded'))),
+        h('p', {}, h('label', {}, save, ' Save range, motor, gains and baseline of the health when all steps have succeeded'))),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Progress')), lines)),
     h('div', { class: 'column' }, result, h('section', { class: 'card' }, plots, h('div', { class: 'row' }, saving(plots, 'commission'))))));
 
@@ -116,10 +116,13 @@ const show = host => {
     if (last?.node !== node || !answer) return put(result);
     if (answer.error) return put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Not commissioned')), h('p', { class: 'note bad', role: 'alert' }, answer.error)));
     const { findings, objects, saved } = answer, all = rowsOf(findings).sort((a, b) => rank(a) - rank(b)), contradictions = findings.dynamics?.contradictions ?? [];
+    const { tuning, baseline } = findings;
+    const refused = [...tuning?.disagreements.map(why => `The gains are not written: ${why}`) ?? [], ...tuning?.without_forward ? [`The feed-forward is not written: ${tuning.without_forward}`] : [], ...baseline?.without_baseline ? [`The baseline of the health is not written: ${baseline.without_baseline}`] : []];
     const [from, to] = findings.range_mdeg.map(mdeg => short(mdeg / 1000));
     put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `Actuator ${node}, from ${from} to ${to} deg`), saved ? badge('written and saved', 'good') : badge('not written', 'warn')),
       table(['Quantity', { name: 'Value', number: true }, { name: 'Standard error', number: true }, 'Unit'], h('tbody', {}, all.map(({ name, value, error, unit }) => h('tr', {}, h('td', {}, name), h('td', { class: 'number' }, short(value)), h('td', { class: 'number' }, error == null ? '' : short(+error.toPrecision(2))), h('td', { class: 'unit' }, unit))))),
       contradictions.map(({ text }) => h('p', { class: 'note warn' }, `Contradicted by a second measurement, and not written: ${text}`)),
+      refused.map(text => h('p', { class: 'note warn' }, text)),
       h('p', { class: 'soft' }, `${saved ? 'Written' : 'To be written'}: the range (607Dh)`, objects.map(address => `, ${object(address)?.entry.toLowerCase() ?? address} (${address})`), '.')));
   };
   let shown = null, count = -1;

@@ -2,6 +2,7 @@
 import { h, put, say, button, attempt, badge, table } from './dom.js';
 import { request, on } from './socket.js';
 import { state, watch, chosen, hasControl, object, read } from './state.js';
+import { healthCard } from './health.js';
 
 // The counters of the protections, and how often they are read.
 const PROTECTIONS = 0x2051, PERIOD_MS = 1000;
@@ -20,13 +21,15 @@ const show = host => {
   const clear = button('Clear the history', () => attempt(() => request('clear_history', { node: state.node })).then(load));
   const all = h('tbody', {}, state.hello.faults.map(fault => h('tr', {}, h('td', { class: 'number' }, String(fault.number)), h('td', {}, fault.name), h('td', {}, fault.condition.replaceAll('`', '')), h('td', {}, fault.watched), h('td', {}, fault.reaction), h('td', {}, fault.remedy), h('td', { class: 'mono' }, fault.code))));
   const protections = [...state.objects.values()].filter(({ index, sub }) => index === PROTECTIONS && sub).map(entry => ({ entry, now: h('td', { class: 'number' }, '–'), most: h('td', { class: 'number' }, '–'), highest: null }));
+  const health = healthCard();
   put(host, h('div', { class: 'column' },
     h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Present and latched'), h('div', { class: 'row' }, breaking, reset)), present),
     h('div', { class: 'cards' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'History of the board'), clear), table(['', 'Error code', 'Fault'], history)),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Counters of the board')), table(['Counter', { name: 'Value', number: true }, 'Unit'], counters)),
-      h('section', { class: 'card', id: 'health' }, h('header', {}, h('h2', {}, 'Health')), h('p', { class: 'soft' }, 'What the protections count before they report a fault, read once a second: one that is not 0 has seen its cause.'),
+      h('section', { class: 'card', id: 'protections' }, h('header', {}, h('h2', {}, 'Protections')), h('p', { class: 'soft' }, 'What the protections count before they report a fault, read once a second: one that is not 0 has seen its cause.'),
         table(['Counter', { name: 'Now', number: true }, { name: 'Highest', number: true }, 'Counts for'], h('tbody', {}, protections.map(({ entry, now, most }) => h('tr', {}, h('td', {}, entry.entry), now, most, h('td', { class: 'soft' }, entry.meaning))))))),
+    health.element,
     h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Log of all nodes')), log),
     h('section', { class: 'card' }, h('details', {}, h('summary', {}, 'All faults that the board detects'), table(['No.', 'Fault', 'Latched when', 'Watched', 'Reaction', 'What to do', 'Code'], all)))));
 
@@ -40,6 +43,7 @@ const show = host => {
   reload = node => { if (node === state.node && host.isConnected) load(); };
 
   async function check() {
+    health.check();
     // A commissioning leaves no room for other transfers.
     if (state.node == null || chosen()?.is_commissioned) return;
     const values = await read(...protections.map(({ entry }) => entry.address)).catch(() => null);
@@ -82,7 +86,7 @@ const show = host => {
       put(log, state.log.toReversed().map(entry => h('li', {}, h('time', {}, time(entry.at_ms)), h('span', { class: 'node' }, entry.node ? `node ${entry.node}` : ''), h('span', { class: entry.kind }, entry.text))));
     }
   });
-  return () => { unwatch(); clearInterval(timer); reload = () => {}; };
+  return () => { unwatch(); clearInterval(timer); health.destroy(); reload = () => {}; };
 };
 
 export default { id: 'faults', title: 'Faults', icon: 'M12 3l10 18H2zM12 10v5M12 18h.01', show };

@@ -174,7 +174,12 @@ impl Core {
             .or_insert_with(|| self.start_worker(node));
         match worker.try_send(Box::new(job)) {
             Ok(()) => Ok(()),
-            Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) => Err(Busy),
+            Err(TrySendError::Full(_)) => Err(Busy),
+            // A job before it has panicked.
+            Err(TrySendError::Disconnected(job)) => {
+                *worker = self.start_worker(node);
+                worker.try_send(job).map_err(|_| Busy)
+            }
         }
     }
 

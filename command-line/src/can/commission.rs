@@ -12,20 +12,20 @@ use crate::interrupt;
 use crate::output::print;
 use host_sim::can::client::{Client, ClientError};
 use host_sim::commission::{
-    self, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Tuning,
+    self, Baseline, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Tuning,
 };
 
 /// Checks the wiring of an actuator, measures its motor, and saves the parameters with the range
 ///
-/// The shaft moves for less than two minutes, and before that to its stops where --range is not
+/// The shaft moves for less than three minutes, and before that to its stops where --range is not
 /// given. Pulses of growing torque show the senses of motor, encoder and current, and give the
 /// resistance; runs at constant rate in both directions within --range give the torque constant by
 /// the gear ratio of 2011h:3, and friction; two excitations give inertia and delay. Gains with
 /// their margins for all motors within the standard errors follow, which a sweep and a step in the
-/// closed loop verify, and the feed-forward 2013h, which moves verify. What is wrong or cannot be
-/// identified is refused with exit status 3, and nothing is written; otherwise 607Dh, 2011h:1, 2,
-/// 4, 5 and 6, 60FBh:1, 60F9h:1 to 3 and 2013h:1 and 2 are written, and all parameters are saved
-/// (1010h). A value that a second measurement contradicts, a viscous friction that is not known
+/// closed loop verify, and the feed-forward 2013h, which moves verify; moves with all this give the
+/// baseline of the health. What is wrong or cannot be identified is refused with exit status 3, and
+/// nothing is written; otherwise 607Dh, 2011h:1, 2, 4, 5 and 6, 60FBh:1, 60F9h:1 to 3, 2013h:1 and
+/// 2 and 2053h:1 and 2 are written, and all parameters are saved (1010h). A value that a second measurement contradicts, a viscous friction that is not known
 /// from zero, and gains whose loop is not as predicted are reported and not written.
 #[derive(Debug, Args)]
 pub struct Commission {
@@ -56,15 +56,11 @@ impl Commission {
     pub fn run(&self) -> Result<(), Error> {
         let limits = self.limits()?;
         let mut client = self.at.open()?;
-        let measure = |client: &mut Client| {
-            let mut findings = commission::measure(client, &limits)?;
-            if !self.no_tuning {
-                findings.tuning = Some(commission::tune(client, &findings)?);
-            }
-            Ok::<_, CommissionError>(findings)
-        };
         let kept = Kept::of(&mut client)?;
-        let findings = client.supervised(interrupt::stop()?, measure, Client::quick_stop);
+        let find = |client: &mut Client| {
+            commission::find(client, &limits, (&kept, !self.no_tuning), |_| {})
+        };
+        let findings = client.supervised(interrupt::stop()?, find, Client::quick_stop);
         let restored = kept.restore(&mut client);
         let findings = match (findings, restored) {
             (Ok(findings), Ok(())) => findings,
@@ -157,6 +153,9 @@ fn table(findings: &Findings, is_dry: bool) -> String {
     if let Some(tuning) = &findings.tuning {
         write_tuning(&mut text, tuning);
     }
+    if let Some(baseline) = &findings.baseline {
+        write_baseline(&mut text, baseline);
+    }
     let objects: Vec<_> = findings
         .objects()
         .iter()
@@ -200,6 +199,21 @@ fn write_tuning(text: &mut String, tuning: &Tuning) {
     if let Some(why) = &tuning.without_forward {
         let _ = writeln!(text, "feed-forward not written: {why}");
     }
+}
+
+/// The baseline of the health, or why there is none.
+fn write_baseline(text: &mut String, baseline: &Baseline) {
+    let _ = match &baseline.without_baseline {
+        Some(why) => writeln!(text, "baseline not written: {why}"),
+        None => {
+            let constant_mv_s_deg = baseline.constant_v_s_deg * 1e3;
+            writeln!(
+                text,
+                "{:<28}{:.1}\n{:<28}{constant_mv_s_deg:.3}",
+                "baseline friction, mA", baseline.friction_ma, "baseline constant, mV s/deg"
+            )
+        }
+    };
 }
 
 impl From<CommissionError> for Error {

@@ -206,7 +206,8 @@ impl<'a> Drive<'a> {
         self.service.control_period();
         self.capture.sample(outputs);
         self.model.step(&self.values.model, outputs);
-        self.health.observe(&self.values.health, outputs);
+        let values = &self.values;
+        self.health.observe(&values.health, &values.model, outputs);
     }
 
     /// Restarts with the stored parameters.

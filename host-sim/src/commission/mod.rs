@@ -1,7 +1,9 @@
 //! Commissioning of an actuator over its bus: its wiring is checked at limited current; pulses give
 //! the resistance, runs at constant rate torque constant and friction, excitations inertia and
-//! delay. Nothing is saved before all steps have succeeded.
+//! delay; gains follow, and the baseline of the health. Nothing is saved before all steps have
+//! succeeded.
 
+mod baseline;
 mod excite;
 mod friction;
 mod inertia;
@@ -24,6 +26,7 @@ use firmware::capture::Signal;
 use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 
+pub use baseline::{Baseline, baseline};
 pub use friction::{Direction, Friction};
 pub use inertia::{Contradiction, Dynamics, Parameter};
 pub use stops::LEAST_MDEG as LEAST_RANGE_MDEG;
@@ -89,6 +92,8 @@ pub struct Findings {
     pub temperature_deg_c: f64,
     /// The gains, after [`tune`].
     pub tuning: Option<Tuning>,
+    /// The baseline of the health, after [`baseline()`].
+    pub baseline: Option<Baseline>,
 }
 
 impl Findings {
@@ -120,6 +125,7 @@ impl Findings {
             objects.push(("2011:6", coulomb.value));
         }
         objects.extend(self.tuning.iter().flat_map(Tuning::objects));
+        objects.extend(self.baseline.iter().flat_map(Baseline::objects));
         objects
     }
 }
@@ -198,7 +204,31 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
         least_supply_v: runs.least_supply_v,
         temperature_deg_c: runs.temperature_deg_c,
         tuning: None,
+        baseline: None,
     })
+}
+
+/// All steps but the write: measures, finds the gains if `tunes`, and takes the baseline of the
+/// health. `report` gets the step that begins. The drive is off afterwards, but for a failure; the
+/// parameters are those of before only after [`Kept::restore`].
+///
+/// # Errors
+/// [`CommissionError`].
+pub fn find(
+    client: &mut Client,
+    limits: &Limits,
+    (kept, tunes): (&Kept, bool),
+    mut report: impl FnMut(&str),
+) -> Result<Findings, CommissionError> {
+    report("checks the wiring, and measures the motor");
+    let mut findings = measure(client, limits)?;
+    if tunes {
+        report("finds gains, and verifies them");
+        findings.tuning = Some(tune(client, &findings)?);
+    }
+    report("takes the baseline of the health");
+    findings.baseline = Some(baseline(client, limits, kept, &findings)?);
+    Ok(findings)
 }
 
 /// A refusal of a step.

@@ -9,9 +9,10 @@ use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::sensors::adc::AdcCode;
 use model_core::sensors::noise::Noise;
 
+use super::runs::arrive;
 use super::{
-    CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits, Parameter, measure,
-    tune, write,
+    Baseline, CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits,
+    Parameter, find, measure, tune, write,
 };
 use crate::can::client::Client;
 use crate::can::link::Link;
@@ -284,6 +285,19 @@ fn only_the_write_changes_what_the_actuator_keeps() {
     assert_eq!(tuned(&mut client), tuned_before);
     assert_eq!(client.integer("2031:2").expect("a signal"), signal);
     assert_eq!(client.integer("607D:2").expect("a limit"), 60_000);
+    let mut refused = found.clone();
+    refused.baseline = Some(Baseline {
+        friction_ma: 30.0,
+        constant_v_s_deg: 1e3,
+        ..Baseline::default()
+    });
+    let error = write(&mut client, &refused).expect_err("beyond the range");
+    assert!(error.to_string().contains("2053"), "{error}");
+    assert_eq!(client.integer("2053:1").expect("a baseline"), 300);
+    kept.restore(&mut client).expect("the drive is off");
+    assert_eq!(client.integer("2053:1").expect("a baseline"), 0);
+    assert_eq!(model(&mut client), before);
+    assert_eq!(tuned(&mut client), tuned_before);
     write(&mut client, &found).expect("it saves");
     assert_ne!(model(&mut client), before);
     assert!(
@@ -298,6 +312,45 @@ fn only_the_write_changes_what_the_actuator_keeps() {
         assert_eq!(stored, (value as f32).to_string(), "{object}");
     }
     assert_eq!(client.integer("607D:2").expect("a limit"), 45_000);
+}
+
+#[test]
+fn the_baseline_is_that_of_later_moves() {
+    for seed in 0..5 {
+        let mut client = client(&secret(seed), Defects::default());
+        client.write("6081", "120000").expect("in range");
+        let kept = Kept::of(&mut client).expect("values");
+        let mut steps = Vec::new();
+        let found = find(&mut client, &LIMITS, (&kept, true), |step| {
+            steps.push(step.to_owned());
+        });
+        let found = found.expect("a good bench");
+        assert_eq!(steps.len(), 3, "{steps:?}");
+        kept.restore(&mut client).expect("the drive is off");
+        assert_eq!(client.integer("2053:1").expect("a baseline"), 0);
+        write(&mut client, &found).expect("it saves");
+        client.enable(1).expect("no fault");
+        for _ in 0..20 {
+            for end_mdeg in [40_000, -40_000] {
+                arrive(&mut client, end_mdeg).expect("within the range");
+            }
+        }
+        let baseline = found.baseline.expect("it is taken");
+        assert_eq!(baseline.without_baseline, None, "bench {seed}");
+        let stored = [client.integer("2053:1"), client.integer("2053:2")].map(Result::ok);
+        let of = |value: f64| Some(value as i64);
+        let objects = baseline.objects();
+        assert_eq!(stored, [of(objects[0].1), of(objects[1].1)]);
+        let friction = client.integer("2052:1").expect("a mean") as f64 / 10.0;
+        // The codes of the converter are 1.6 mA.
+        let difference_ma = friction - baseline.friction_ma;
+        assert!(
+            difference_ma.abs() < 3.0,
+            "bench {seed}: {difference_ma} mA"
+        );
+        let permille = client.integer("2052:7").expect("a change");
+        assert!(permille.abs() < 10, "bench {seed}: {permille}");
+    }
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! The last step: range and model are written and saved as one set.
 
+use super::baseline::BASELINE;
 use super::tuning;
 use super::{CommissionError, Findings};
 use crate::can::client::{Client, ClientError};
@@ -27,7 +28,8 @@ impl Kept {
     pub fn of(client: &mut Client) -> Result<Self, ClientError> {
         let range_mdeg = (client.integer("607D:1")?, client.integer("607D:2")?);
         let mut values = Vec::new();
-        for object in CHANGED.into_iter().chain(tuning::changed()) {
+        let changed = CHANGED.into_iter().chain(tuning::changed());
+        for object in changed.chain(BASELINE) {
             let value = client.get(names::find(object)?)?;
             values.push((object, value.to_string()));
         }

@@ -63,6 +63,7 @@ pub const FILES: &[Asset] = scripts![
     "faults.js",
     "bus.js",
     "commission.js",
+    "health.js",
     "topics.js",
     "tour.js",
     "xy.js",

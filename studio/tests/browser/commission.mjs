@@ -6,12 +6,17 @@ import { closeBrowser, studio, visit, wait } from './session.mjs';
 
 const [actuator, pictures] = process.argv.slice(2);
 // What a commissioning writes, and what it changes for its motion.
-const OBJECTS = ['607D:1', '607D:2', '2011:1', '2011:2', '2011:4', '2011:5', '2011:6', '6060:0', '6080:0', '6081:0'];
+const OBJECTS = ['607D:1', '607D:2', '2011:1', '2011:2', '2011:4', '2011:5', '2011:6', '6060:0', '6080:0', '6081:0', '60FB:1', '60F9:1', '2013:1', '2053:1', '2053:2'];
 
 const request = (page, what, values) => page.evaluate(`import('/socket.js').then(s => s.request('${what}', ${JSON.stringify(values)}))`);
 const parameters = page => request(page, 'read', { node: 1, objects: OBJECTS });
 const moves = page => page.until("document.getElementById('commission-lines').textContent.includes('torque of')");
-const over = page => page.until("document.querySelector('#commission-result h2') && document.getElementById('commission-end').disabled");
+// A whole commissioning takes longer than a page is waited for otherwise: up to three minutes.
+const over = async page => {
+  const isOver = "Boolean(document.querySelector('#commission-result h2') && document.getElementById('commission-end').disabled)";
+  for (const end = Date.now() + 120_000; Date.now() < end && !await page.evaluate(isOver);) await wait(200);
+  await page.until(isOver);
+};
 const open = async (run, locale) => {
   const page = await visit(run.url, { locale }, pictures);
   await page.ready();
@@ -104,7 +109,22 @@ try {
   assert.match(await other.text('#commission-lines'), /excitation.*motion to .* deg.*rate of 120 deg\/s.*torque of/s, 'the last first');
   assert.deepEqual([found['607D:1'], found['607D:2']], [-25_000, 25_000]);
   assert.match(await other.text('#commission-result'), /written and saved.*armature resistance \(2011:1\)/s);
+  assert.ok(found['2053:1'] > 0 && Math.abs(found['2053:2'] - 16_300) < 800, 'the baseline of the health');
+  assert.match(await other.text('#commission-lines'), /takes the baseline of the health.*finds gains, and verifies them.*checks the wiring/s);
   await other.picture('commission', true);
+  // The baseline is shown; the means begin anew with it. A level without a warning, and the plots.
+  await request(other, 'write', { node: 1, object: '2053:6', value: '500' });
+  await other.show('faults');
+  const health = () => other.evaluate("[...document.querySelectorAll('#means tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))");
+  await other.until("document.querySelector('#means tbody tr').cells[1].textContent.endsWith('mA') && document.querySelectorAll('#health-plots canvas').length === 4");
+  const [friction, load, constant, magnet] = await health();
+  assert.equal(friction[1], `${found['2053:1'] / 10} mA`);
+  assert.deepEqual(friction.slice(2), ['not known yet', '–', '0', 'off', 'off']);
+  assert.equal(load[1], '–');
+  assert.equal(parseFloat(constant[1]), +(found['2053:2'] / 1000).toPrecision(5));
+  assert.deepEqual(magnet.slice(2), ['0 %', '–', '–', '50 %', 'none']);
+  await other.until("document.querySelector('#health-plots .uplot').chart.data[0].length > 2");
+  await other.picture('health', true);
   await other.show('move');
   await other.until("document.querySelector('#view-move .ends').textContent.includes('25 deg')");
   other.clean();

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use canopen::cob_id::{HEARTBEAT, SDO_RESPONSE};
 use host_sim::can::client::{Client, ClientError, MONITORED};
 use host_sim::commission::{
-    CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, measure, write,
+    CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, find, write,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -182,7 +182,7 @@ impl Run {
     fn commission(&self) -> Result<Value, (Box<CommissionError>, Result<(), String>)> {
         let ended = |error: CommissionError, restored| (Box::new(error), restored);
         let kept = Kept::of(&mut self.client()).map_err(|error| ended(error.into(), Ok(())))?;
-        let findings = self.measure();
+        let findings = joined(|| self.find(&kept));
         let restored = self.end(&kept).map_err(|error| error.to_string());
         if let Err(error) = &restored {
             let text = format!("keeps parameters of the commissioning: {error}");
@@ -239,7 +239,7 @@ impl Run {
     }
 
     /// The heartbeats of other clients are received too: this one needs a node-ID of its own.
-    fn measure(&self) -> Result<Findings, CommissionError> {
+    fn find(&self, kept: &Kept) -> Result<Findings, CommissionError> {
         let first = SDO_RESPONSE + u32::from(self.node);
         let link = self.core.hub.link(first..=HEARTBEAT + 127);
         let link = GuardedLink::new(link, self.guard.clone());
@@ -249,7 +249,7 @@ impl Run {
         let interrupt: Arc<AtomicBool> = self.task.end();
         let measured = client.supervised(
             Arc::clone(&interrupt),
-            |client| measure(client, &self.limits),
+            |client| find(client, &self.limits, (kept, true), |step| self.report(step)),
             Client::quick_stop,
         );
         match measured {
@@ -262,6 +262,23 @@ impl Run {
     fn report(&self, text: &str) {
         report(&self.core, self.task.number, self.node, text);
     }
+}
+
+/// Does it in a thread of its own: the thread of the node outlives its panic, which is an error.
+fn joined<T: Send>(
+    work: impl FnOnce() -> Result<T, CommissionError> + Send,
+) -> Result<T, CommissionError> {
+    std::thread::scope(|scope| scope.spawn(work).join()).unwrap_or_else(|panic| {
+        let text = panic.downcast_ref::<String>().map(String::as_str);
+        let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
+        Err(CommissionError::Refused {
+            step: "commissioning",
+            why: format!(
+                "it has failed: {}",
+                text.unwrap_or("the reason is not known")
+            ),
+        })
+    })
 }
 
 /// Shows on all pages what is done.
@@ -283,6 +300,18 @@ mod tests {
             rate_deg_s,
             saves: false,
         }
+    }
+
+    #[test]
+    fn a_panic_is_an_error() {
+        for work in [
+            || -> Result<(), CommissionError> { panic!("index {}", 7) },
+            || -> Result<(), CommissionError> { panic!("index 7") },
+        ] {
+            let error = joined(work).expect_err("it panics").to_string();
+            assert_eq!(error, "commissioning: it has failed: index 7");
+        }
+        assert!(joined(|| Ok(())).is_ok());
     }
 
     #[test]

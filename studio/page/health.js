@@ -1,0 +1,86 @@
+// The health of an actuator: slow means of what it measures in motion, against their baseline.
+import { h, put, say, badge, table, fixed, short } from './dom.js';
+import { state, chosen, read } from './state.js';
+import { saving } from './save.js';
+
+// Means that are read once a second change slowly: half an hour of them is kept.
+const POINTS = 1800;
+const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+
+// The quantities: mean, baseline, change, level, bit of the warning, and what a unit that is shown has
+// of the object's.
+const QUANTITIES = [
+  { id: 'friction', name: 'Friction', unit: 'mA', now: '2052:1', baseline: '2053:1', change: '2052:6', level: '2053:3', by: 10, bit: 0, needsMotion: true },
+  { id: 'load', name: 'Load', unit: 'mA', now: '2052:2', level: '2053:5', by: 10, levelBy: 10, levelUnit: 'mA', bit: 2, needsMotion: true },
+  { id: 'constant', name: 'Back-EMF constant', unit: 'mV s/deg', now: '2052:3', baseline: '2053:2', change: '2052:7', level: '2053:4', by: 1000, bit: 1, needsMotion: true },
+  { id: 'magnet', name: 'Weak magnet', unit: '%', now: '2052:5', level: '2053:6', by: 10, levelBy: 10, levelUnit: '%', bit: 3 },
+];
+const SAMPLES = '2052:4', WARNINGS = '2052:8', LEAST_SAMPLES = 1024;
+const OBJECTS = [...new Set(QUANTITIES.flatMap(({ now, baseline, change, level }) => [now, baseline, change, level].filter(Boolean))), SAMPLES, WARNINGS];
+
+export const healthCard = () => {
+  const number = () => h('td', { class: 'number' }, '–');
+  const rows = QUANTITIES.map(quantity => ({ ...quantity, cells: { baseline: number(), now: number(), change: number(), samples: number(), level: number() }, warning: h('td'), shown: null }));
+  const plots = h('div', { id: 'health-plots' });
+  let charts = [], times = [], series = rows.map(() => []), node = null, begun = 0;
+
+  const axis = more => ({ stroke: () => css('--ink'), font: '12px system-ui', labelFont: '12px system-ui', labelSize: 18, labelGap: 0, grid: { stroke: () => css('--grid'), width: 1 }, ticks: { stroke: () => css('--rule'), width: 1 }, ...more });
+  const build = () => {
+    charts.forEach(chart => chart.destroy());
+    charts = rows.map(({ name, unit }) => {
+      const chart = new uPlot({
+        width: plots.clientWidth || 600, height: 130, padding: [6, 10, 0, 0], legend: { show: false }, cursor: { show: false },
+        scales: { x: { time: false }, y: { range: (u, low, high) => low == null ? [0, 1] : uPlot.rangeNum(Math.min(low, high - 1e-3), Math.max(high, low + 1e-3), 0.2, false) } },
+        axes: [axis({ size: 30, values: (u, at) => at.map(v => `${+v.toFixed(1)} s`) }), axis({ label: `${name} (${unit})`, size: 56, values: (u, at) => at.map(short) })],
+        series: [{}, { label: name, stroke: () => css('--c1'), width: 1.5, spanGaps: false, points: { show: false } }],
+      }, [[], []], plots);
+      chart.root.classList.add('plot');
+      chart.root.chart = chart;
+      return chart;
+    });
+  };
+  const clear = () => {
+    [times, series, begun] = [[], rows.map(() => []), performance.now()];
+    for (const { cells, warning } of rows) { Object.values(cells).forEach(cell => say(cell, '–')); put(warning); }
+    rows.forEach(row => { row.shown = null; });
+  };
+  const present = values => {
+    const samples = values[SAMPLES];
+    rows.forEach((row, i) => {
+      const { cells, by, bit, levelBy = 10, levelUnit = '%' } = row;
+      const isKnown = !row.needsMotion || samples >= LEAST_SAMPLES, level = values[row.level];
+      const now = isKnown ? values[row.now] / by : null, baseline = row.baseline ? values[row.baseline] : 0;
+      say(cells.now, now == null ? 'not known yet' : `${short(now)} ${row.unit}`);
+      say(cells.baseline, baseline ? `${short(baseline / by)} ${row.unit}` : '–');
+      say(cells.change, baseline && isKnown ? `${fixed(values[row.change] / 10, 1)} %` : '–');
+      say(cells.samples, row.needsMotion ? String(samples) : '–');
+      say(cells.level, level ? `${short(level / levelBy)} ${levelUnit}` : 'off');
+      const isActive = Boolean(values[WARNINGS] >> bit & 1), shown = `${isActive}${level}`;
+      if (shown !== row.shown) { row.shown = shown; put(row.warning, isActive ? badge('active', 'warn') : level ? badge('none', 'good') : badge('off')); }
+      series[i].push(now);
+    });
+    times.push((performance.now() - begun) / 1000);
+    if (times.length > POINTS) [times, ...series].forEach(values => values.shift());
+    if (!charts.length) build();
+    charts.forEach((chart, i) => {
+      chart.setSize({ width: plots.clientWidth || 600, height: 130 });
+      chart.setData([times, series[i]]);
+    });
+  };
+  const columns = ['Quantity', ...['Baseline', 'Now', 'Change', 'Samples', 'Level'].map(name => ({ name, number: true })), 'Warning'];
+  const element = h('section', { class: 'card', id: 'means' }, h('header', {}, h('h2', {}, 'Health')),
+    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 6 are among the parameters.'),
+    table(columns, h('tbody', {}, rows.map(({ name, cells, warning }) => h('tr', {}, h('td', {}, name), ...Object.values(cells), warning)))),
+    plots, h('div', { class: 'row' }, saving(plots, 'health')));
+  return {
+    element,
+    async check() {
+      if (node !== state.node) { node = state.node; clear(); }
+      // A commissioning leaves no room for other transfers.
+      if (node == null || chosen()?.is_commissioned) return;
+      const values = await read(...OBJECTS).catch(() => null);
+      if (values && node === state.node && element.isConnected) present(values);
+    },
+    destroy() { charts.forEach(chart => chart.destroy()); charts = []; },
+  };
+};
