@@ -358,7 +358,7 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::MotorPolarity,
             "motor polarity",
-            "for 12 ms a back-EMF of `stuck_back_emf_mv` or more while the encoder turns the other way, by 1.6 deg or more in all; the time is that at 90 deg/s",
+            "for 12 ms a back-EMF of `stuck_back_emf_mv` or more while the encoder turns the other way, by 2 deg or more in all; the time is that at 90 deg/s",
             Driven,
             0x7122,
         ),

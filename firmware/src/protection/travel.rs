@@ -66,8 +66,9 @@ const LIMIT_MDEG: i32 = 2_200;
 /// Residual of a single count that is accepted.
 const WINDOW_MDEG: i32 = 1_900;
 
-/// Sum of the residual that play, encoder and two counts do not explain.
-const BEYOND_PLAY_MDEG: i32 = 1_600;
+/// Sum of the residual that play, encoder and half of a stop do not explain: less than the limit, so
+/// that a wrong polarity is reported before an implausible encoder.
+const BEYOND_PLAY_MDEG: i32 = 2_000;
 
 /// Rate by which motor and encoder may differ at rest: 20 mV, eight codes of a leg, of noise and of
 /// the supply's influence on the learned offset.

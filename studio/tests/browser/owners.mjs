@@ -187,7 +187,7 @@ try {
   // The counters of the protections keep the highest value: that of a wire that was off.
   await page.show('faults');
   const lost = column => page.evaluate(`+document.querySelector('#protections tbody tr').cells[${column}].textContent`);
-  await page.until("document.querySelectorAll('#protections tbody tr').length === 13 && document.querySelector('#health tbody tr').cells[2].textContent === '0'");
+  await page.until("document.querySelectorAll('#protections tbody tr').length === 13 && document.querySelector('#protections tbody tr').cells[2].textContent === '0'");
   const wire = text => page.evaluate(`[...document.querySelectorAll('#view-faults button')].find(b => b.textContent === '${text}').click()`);
   await wire('Break the encoder');
   await page.until("+document.querySelector('#protections tbody tr').cells[2].textContent > 3");
