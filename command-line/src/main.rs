@@ -38,11 +38,13 @@ mod tune;
 
 use std::{
     env,
+    error::Error as _,
     io::{self, IsTerminal},
+    num::{ParseFloatError, ParseIntError},
     process::{self, ExitCode},
 };
 
-use clap::{Parser, Subcommand};
+use clap::{Parser, Subcommand, error::ContextKind};
 
 use error::Error;
 
@@ -110,7 +112,8 @@ Begin with one of these:
   actuator demo                      a tour in the browser: move, break, identify and tune an actuator
   actuator studio                    simulated actuators in the browser, or those of a bus
   actuator report                    the paper's figures, simulated, as a page
-  actuator simulate --plot run.html  a pulse on the board, as a plot
+  actuator simulate board --plot run.html
+                                     a pulse on the board, as a plot
   actuator identify RECORDING        a model of a recorded servo, with standard errors
   actuator export fitted.toml --to mujoco-position
                                      that model as the actuator of another simulator
@@ -169,10 +172,29 @@ fn command() -> clap::Command {
     <Arguments as clap::CommandFactory>::command()
 }
 
+/// The answer, which names the expected number in place of the parser's problem.
+fn with_the_expected(answer: clap::Error) -> clap::Error {
+    let expected = match answer.source() {
+        Some(problem) if problem.is::<ParseIntError>() => "a whole number",
+        Some(problem) if problem.is::<ParseFloatError>() => "a number",
+        _ => return answer,
+    };
+    let (Some(argument), Some(value)) = (
+        answer.get(ContextKind::InvalidArg),
+        answer.get(ContextKind::InvalidValue),
+    ) else {
+        return answer;
+    };
+    clap::Error::raw(
+        answer.kind(),
+        format!("{argument} is {value}, expected {expected}\n"),
+    )
+}
+
 /// The arguments. Requested text, as that of `--help`, goes to a pipe or a file in one
 /// piece: line by line its reader would be woken for each.
 fn arguments() -> Arguments {
-    Arguments::try_parse().unwrap_or_else(|answer| {
+    Arguments::try_parse().map_err(with_the_expected).unwrap_or_else(|answer| {
         let is_plain = !io::stdout().is_terminal() && env::var_os("CLICOLOR_FORCE").is_none();
         if !answer.use_stderr() && is_plain {
             let printed = output::print(&answer.render().to_string());

@@ -137,6 +137,24 @@ impl From<ImportError> for Error {
     }
 }
 
+/// The similarity of a name to a known one; `None` below that at which a suggestion misleads.
+fn similarity(name: &str, known: &str) -> Option<f64> {
+    // 1 less the share of letters to be changed.
+    const LEAST: f64 = 0.6;
+    // `motor_gain` is no misspelt `position_gain`.
+    const LEAST_OF_WORD: f64 = 0.5;
+    if known.starts_with(name) && !name.is_empty() {
+        return Some(LEAST);
+    }
+    let words = |name| str::split(name, ['_', '-']);
+    let are_words_similar = words(name).count() != words(known).count()
+        || words(name)
+            .zip(words(known))
+            .all(|(a, b)| strsim::normalized_damerau_levenshtein(a, b) >= LEAST_OF_WORD);
+    let similarity = strsim::normalized_damerau_levenshtein(name, known);
+    (are_words_similar && similarity >= LEAST).then_some(similarity)
+}
+
 impl From<ScenarioError<'_>> for Error {
     fn from(error: ScenarioError<'_>) -> Self {
         match error {
@@ -168,17 +186,10 @@ impl Error {
         known: impl IntoIterator<Item = &'a str>,
         expected: impl Into<String>,
     ) -> Self {
-        // Below this similarity (1 less the share of letters to be changed) a suggestion misleads.
-        const LEAST_SIMILARITY: f64 = 0.6;
-        let similarity = |known: &str| match known.starts_with(name) && !name.is_empty() {
-            true => LEAST_SIMILARITY,
-            false => strsim::normalized_damerau_levenshtein(name, known),
-        };
         let closest = known
             .into_iter()
             .filter(|known| !known.is_empty())
-            .map(|known| (similarity(known), known))
-            .filter(|(similarity, _)| *similarity >= LEAST_SIMILARITY)
+            .filter_map(|known| Some((similarity(name, known)?, known)))
             .max_by(|a, b| a.0.total_cmp(&b.0))
             .map(|(_, known)| known.to_owned());
         Self::UnknownName {

@@ -30,6 +30,15 @@ fn the_error_of_an_unknown_name_suggests_the_most_similar_one() {
             "unknown input parameter `amplitude`, did you mean `amplitude_deg`?; expected \
              input.amplitude_deg, input.start_s, input.end_s",
         ),
+        // Half of the letters agree, but not those of the first word.
+        (
+            "simulate board --set motor_gain=3",
+            "unknown parameter `motor_gain`, did you mean `motor_gain_up`?; expected one",
+        ),
+        (
+            "simulate board --set current_gain=3",
+            "unknown parameter `current_gain`; expected one",
+        ),
         // A parameter without a symbol is not found by the empty name.
         (
             "simulate board --set =3",
@@ -39,6 +48,63 @@ fn the_error_of_an_unknown_name_suggests_the_most_similar_one() {
     for (arguments, message) in bad {
         cli.assert_error(arguments, 2, message);
     }
+}
+
+#[test]
+fn a_file_of_another_kind_is_named() {
+    let cli = Cli::new();
+    let expected = "expected TOML, or a servo of BAM in JSON";
+    for (content, kind) in [
+        (&b"\x1f\x8b\x08\0"[..], "a gzip file, "),
+        (b"PK\x03\x04\xff", "a zip archive or a workbook, "),
+        (b"PAR1\xff", "a Parquet file, "),
+        (b"\xff\xfe[\0", "text in UTF-16, "),
+        (b"\xfe\xff\0[", "text in UTF-16, "),
+        (b"[set]\na = 1\n\xb0", "line 3 is no text in UTF-8, "),
+        (b"[FileInfo]\nFileName=a.dcf\n[60", "a DCF or EDS of CANopen, "),
+    ] {
+        cli.write("file", content);
+        let message = format!("error: file: {kind}{expected}\n");
+        for command in [
+            "simulate --scenario",
+            "simulate --parameters",
+            "set --parameters",
+            "export --to bam",
+        ] {
+            cli.assert_error(&format!("{command} file"), 2, &message);
+        }
+    }
+}
+
+#[test]
+fn an_option_that_is_no_number_or_names_no_column_is_refused_with_what_it_takes() {
+    let cli = Cli::new();
+    for (arguments, message) in [
+        ("excite ramp --rate 1e9", "expected a whole number"),
+        ("excite prbs --order x", "expected a whole number"),
+        ("excite sine --amplitude x", "expected a number"),
+        (
+            "identify run.csv --column angle=",
+            "the column of the angle is empty, expected its name or number",
+        ),
+        (
+            "identify run.csv --column angle=:rad",
+            "the column of the angle is empty, expected its name or number",
+        ),
+    ] {
+        cli.assert_error(arguments, 2, message);
+    }
+}
+
+#[test]
+fn the_first_steps_without_files_of_the_user_are_commands() {
+    let cli = Cli::new();
+    let steps = cli.text("");
+    let simulate = steps.lines().find(|line| line.contains("simulate"));
+    let simulate = simulate.expect("a step").trim();
+    let arguments = simulate.strip_prefix("actuator ").expect("a command");
+    cli.actuator(arguments).assert().success();
+    assert!(cli.read("run.html").contains("<svg"), "{simulate}");
 }
 
 #[cfg(target_os = "linux")]

@@ -28,7 +28,7 @@ pub enum ClientError {
         source: io::Error,
     },
     /// An object cannot be read or written.
-    #[error("{name}: {source}")]
+    #[error("{name}: {source}{}", source.expected())]
     Object {
         /// Its name.
         name: String,

@@ -7,6 +7,7 @@ use canopen::{Abort, CanFrame, cob_id};
 use embedded_can::Frame;
 
 use super::link::Link;
+use super::names;
 
 /// Why a transfer failed.
 #[derive(Debug, thiserror::Error)]
@@ -30,6 +31,26 @@ pub enum SdoError {
     /// The node violates the protocol.
     #[error("node {0} violates the SDO protocol")]
     Protocol(u8),
+}
+
+impl SdoError {
+    /// The limits that the value has exceeded, after a comma; empty for another error, and for a
+    /// value that other values limit.
+    pub fn expected(&self) -> String {
+        let Self::Abort { index, sub, code } = self else {
+            return String::new();
+        };
+        let is_of_limits = [Abort::TooHigh, Abort::TooLow].map(Abort::code);
+        names::rows()
+            .iter()
+            .find(|row| row.address() == (*index, *sub))
+            .filter(|row| is_of_limits.contains(code) && row.relation.is_none())
+            .and_then(|row| Some((row, row.limits.as_ref()?)))
+            .map_or(String::new(), |(row, (least, most))| {
+                let text = format!(", expected {least} to {most} {}", row.unit);
+                text.trim_end().to_owned()
+            })
+    }
 }
 
 /// The text of an abort code.

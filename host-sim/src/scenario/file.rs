@@ -1,6 +1,6 @@
 //! A scenario from a TOML file. Each error names its line.
 
-use std::{collections::BTreeMap, path::Path};
+use std::{collections::BTreeMap, path::Path, str::Utf8Error};
 
 use identification::{bounded_file, parameter_file::bam};
 use model_core::named::Named;
@@ -16,6 +16,37 @@ use crate::settings::{ModelKind, PlantKind, Pwm};
 /// The most bytes of a file: a hundred times those of all parameters.
 const MOST_BYTES: u64 = 1 << 20;
 
+/// What a file has to be.
+const EXPECTED: &str = "expected TOML, or a servo of BAM in JSON";
+
+/// Kinds of files that are no text in UTF-8, by their first bytes.
+const BINARY: [(&[u8], &str); 5] = [
+    (b"\x1f\x8b", "a gzip file"),
+    (b"PK\x03\x04", "a zip archive or a workbook"),
+    (b"PAR1", "a Parquet file"),
+    (b"\xff\xfe", "text in UTF-16"),
+    (b"\xfe\xff", "text in UTF-16"),
+];
+
+/// The problem of a file that is not in UTF-8.
+fn binary(bytes: &[u8], error: Utf8Error) -> String {
+    let kind = BINARY.iter().find(|(head, _)| bytes.starts_with(head));
+    if let Some((_, kind)) = kind {
+        return format!("{kind}, {EXPECTED}");
+    }
+    let line = 1 + bytes[..error.valid_up_to()]
+        .iter()
+        .filter(|byte| **byte == b'\n')
+        .count();
+    format!("line {line} is no text in UTF-8, {EXPECTED}")
+}
+
+/// Whether a text has a section that each DCF and EDS begins with.
+fn is_of_canopen(text: &str) -> bool {
+    let is_one = |line: &str| line.starts_with("[FileInfo") || line.starts_with("[DeviceInfo");
+    text.lines().any(is_one)
+}
+
 impl Scenario {
     /// Reads a TOML file, or a servo of BAM in JSON.
     ///
@@ -30,8 +61,10 @@ impl Scenario {
             path: path.into(),
             problem,
         };
-        let text = str::from_utf8(&bytes)
-            .map_err(|error| not_toml(format!("{error}, expected UTF-8 text")))?;
+        let text = str::from_utf8(&bytes).map_err(|error| not_toml(binary(&bytes, error)))?;
+        if is_of_canopen(text) {
+            return Err(not_toml(format!("a DCF or EDS of CANopen, {EXPECTED}")));
+        }
         let of_bam = text.trim_start().starts_with('{').then(|| bam::text(text));
         let of_bam = of_bam
             .transpose()

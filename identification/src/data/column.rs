@@ -110,6 +110,12 @@ impl std::str::FromStr for ColumnSelection {
                     names()
                 )
             })?;
+        if column.split(':').next().is_none_or(|name| name.trim().is_empty()) {
+            return Err(format!(
+                "the column of the {} is empty, expected its name or number",
+                quantity.name()
+            ));
+        }
         // The colon of `data(:,3)` and `data(3,:)` is of a name.
         let of_unit = column
             .rsplit_once(':')
