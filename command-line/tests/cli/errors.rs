@@ -61,7 +61,10 @@ fn a_file_of_another_kind_is_named() {
         (b"\xff\xfe[\0", "text in UTF-16, "),
         (b"\xfe\xff\0[", "text in UTF-16, "),
         (b"[set]\na = 1\n\xb0", "line 3 is no text in UTF-8, "),
-        (b"[FileInfo]\nFileName=a.dcf\n[60", "a DCF or EDS of CANopen, "),
+        (
+            b"[FileInfo]\nFileName=a.dcf\n[60",
+            "a DCF or EDS of CANopen, ",
+        ),
     ] {
         cli.write("file", content);
         let message = format!("error: file: {kind}{expected}\n");

@@ -122,7 +122,8 @@ fn alarms(hour: u32) -> u64 {
     let mut chance = Noise::new(u64::from(hour), 77);
     let mut uniform = || (chance.gaussian(1.0) / 3.0).clamp(-1.0, 1.0);
     let mut options = BoardPlantOptions::realistic(u64::from(hour));
-    options.drivetrain.electrical.torque_constant_nm_a *= if hour % 2 == 0 { 0.7 } else { 1.3 };
+    options.drivetrain.electrical.torque_constant_nm_a *=
+        if hour.is_multiple_of(2) { 0.7 } else { 1.3 };
     options.drivetrain.gear_train.backlash_deg = 1.0;
     let mut drive = Drive::enabled(&options);
     let mut found = 0;
