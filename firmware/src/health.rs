@@ -31,7 +31,9 @@ use crate::{
 /// Least rate of a motion, deg/s: two counts of the encoder in a control period.
 const LEAST_DEG_S: f32 = 40.0;
 
-/// Back-EMF at the least rate, mV, by the motor parameters 2011h.
+/// Back-EMF at the least rate, mV, by the motor parameters 2011h. Not inlined: its constants would
+/// lie behind the reset that ends its caller, where the bound of the stack expects instructions.
+#[inline(never)]
 fn least_mv(model: &ModelSettings) -> i32 {
     let v_s_rad = model.torque_constant_nm_a * model.gear_ratio;
     (v_s_rad * LEAST_DEG_S.to_radians() * 1e3) as i32
