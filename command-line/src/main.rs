@@ -194,15 +194,17 @@ fn with_the_expected(answer: clap::Error) -> clap::Error {
 /// The arguments. Requested text, as that of `--help`, goes to a pipe or a file in one
 /// piece: line by line its reader would be woken for each.
 fn arguments() -> Arguments {
-    Arguments::try_parse().map_err(with_the_expected).unwrap_or_else(|answer| {
-        let is_plain = !io::stdout().is_terminal() && env::var_os("CLICOLOR_FORCE").is_none();
-        if !answer.use_stderr() && is_plain {
-            let printed = output::print(&answer.render().to_string());
-            process::exit(printed.map_or(1, |()| answer.exit_code()));
-        }
-        let printed = answer.print();
-        process::exit(printed.map_or(1, |()| answer.exit_code()))
-    })
+    Arguments::try_parse()
+        .map_err(with_the_expected)
+        .unwrap_or_else(|answer| {
+            let is_plain = !io::stdout().is_terminal() && env::var_os("CLICOLOR_FORCE").is_none();
+            if !answer.use_stderr() && is_plain {
+                let printed = output::print(&answer.render().to_string());
+                process::exit(printed.map_or(1, |()| answer.exit_code()));
+            }
+            let printed = answer.print();
+            process::exit(printed.map_or(1, |()| answer.exit_code()))
+        })
 }
 
 fn main() -> ExitCode {

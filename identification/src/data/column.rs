@@ -110,7 +110,11 @@ impl std::str::FromStr for ColumnSelection {
                     names()
                 )
             })?;
-        if column.split(':').next().is_none_or(|name| name.trim().is_empty()) {
+        if column
+            .split(':')
+            .next()
+            .is_none_or(|name| name.trim().is_empty())
+        {
             return Err(format!(
                 "the column of the {} is empty, expected its name or number",
                 quantity.name()
