@@ -5,7 +5,7 @@ mod result;
 use std::path::{Path, PathBuf};
 
 use clap::{Args, builder::PossibleValuesParser};
-use model_core::{excitation::catalogue::Input, time::CONTROL_RATE_HZ};
+use model_core::{excitation::catalogue::Input, parameter::Shown, time::CONTROL_RATE_HZ};
 
 use super::{
     identify::model_names,
@@ -110,7 +110,7 @@ impl Experiment {
             if value >= low && value <= high {
                 return Ok(());
             }
-            let value = value.to_string();
+            let value = Shown(value).to_string();
             Err(Error::Option {
                 option,
                 value,

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use model_core::parameter::Shown;
+
 /// The hold assumption: the command between two of its samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Hold {
@@ -78,8 +80,9 @@ pub enum RecordingError {
     },
     /// A value is infinite or implausibly large.
     #[error(
-        "{column} is {value} in sample {index}, expected a number from -{LARGEST} to {LARGEST}, \
-         or NaN where it is missing"
+        "{column} is {} in sample {index}, expected a number from -{LARGEST} to {LARGEST}, \
+         or NaN where it is missing",
+        Shown(*value)
     )]
     Value {
         /// The column.

@@ -158,7 +158,7 @@ pub enum ParameterError {
 }
 
 /// A value in a message: with an exponent where it would have many digits.
-struct Shown(f64);
+pub struct Shown(pub f64);
 
 impl fmt::Display for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

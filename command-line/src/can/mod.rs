@@ -40,6 +40,7 @@ pub use update::Update;
 use crate::error::Error;
 use host_sim::can::client::Client;
 use host_sim::{dronecan_client, servo_bus};
+use model_core::parameter::Shown;
 
 /// The bus.
 #[derive(Debug, Args)]
@@ -141,7 +142,7 @@ fn length(option: &'static str, seconds: f64) -> Result<Duration, Error> {
     let time = time.filter(|time| !time.is_zero());
     time.ok_or_else(|| Error::Option {
         option,
-        value: seconds.to_string(),
+        value: Shown(seconds).to_string(),
         expected: "a time above 0 s",
     })
 }

@@ -13,6 +13,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
 use host_sim::can::client::{Client, ClientError};
+use model_core::parameter::Shown;
 
 /// Moves an actuator to an angle by a profile, and prints the angle reached
 ///
@@ -49,7 +50,7 @@ impl Move {
         let target_mdeg = mdeg("the angle", self.angle_deg)?;
         let within = Duration::try_from_secs_f64(self.within).map_err(|_| Error::Option {
             option: "--within",
-            value: self.within.to_string(),
+            value: Shown(self.within).to_string(),
             expected: "a time in seconds",
         })?;
         let rate_mdeg_s = self.rate.map(profile_rate).transpose()?;
@@ -157,7 +158,7 @@ fn profile_rate(deg_s: f64) -> Result<i32, Error> {
     }
     Err(Error::Option {
         option: "--rate",
-        value: deg_s.to_string(),
+        value: Shown(deg_s).to_string(),
         expected: "a rate of at least 0.001 deg/s",
     })
 }
@@ -170,7 +171,7 @@ pub(super) fn mdeg(option: &'static str, degrees: f64) -> Result<i32, Error> {
     } else {
         Err(Error::Option {
             option,
-            value: degrees.to_string(),
+            value: Shown(degrees).to_string(),
             expected: "a number within 2,147,483",
         })
     }

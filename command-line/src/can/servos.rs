@@ -15,6 +15,7 @@ use clap::builder::PossibleValuesParser;
 #[cfg(unix)]
 use host_sim::can::server::Terminal;
 use host_sim::servo_bus::{self, Bus, Fault, NAMES, Server};
+use model_core::parameter::Shown;
 
 use crate::error::Error;
 use crate::output::print;
@@ -72,7 +73,7 @@ impl Servos {
         if !(0.0..=100.0).contains(&self.supply_ohm) {
             return Err(Error::Option {
                 option: "--supply-ohm",
-                value: self.supply_ohm.to_string(),
+                value: Shown(self.supply_ohm).to_string(),
                 expected: "0 to 100 ohm",
             });
         }

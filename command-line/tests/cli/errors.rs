@@ -33,7 +33,7 @@ fn the_error_of_an_unknown_name_suggests_the_most_similar_one() {
         // Half of the letters agree, but not those of the first word.
         (
             "simulate board --set motor_gain=3",
-            "unknown parameter `motor_gain`, did you mean `motor_gain_up`?; expected one",
+            "unknown parameter `motor_gain`, did you mean `motor_gain_down`?; expected one",
         ),
         (
             "simulate board --set current_gain=3",
@@ -100,10 +100,34 @@ fn an_option_that_is_no_number_or_names_no_column_is_refused_with_what_it_takes(
 }
 
 #[test]
+fn a_number_beyond_all_bounds_is_shown_with_an_exponent() {
+    let cli = Cli::new();
+    cli.write(
+        "run.csv",
+        "time_s,command_deg,angle_deg\n0,0,0\n1,1,1\n2,1,1e300\n",
+    );
+    for arguments in [
+        "simulate board --duration 1e300",
+        "experiment black-box-1 --duration 1e300",
+        "experiment black-box-1 --noise 1e300",
+        "excite sine --amplitude 1e300",
+        "move 1e300",
+        "move 0 --within 1e300",
+        "record --for 1e300",
+        "serve --protocol sts3215 --supply-ohm 1e300",
+        "identify run.csv",
+    ] {
+        cli.assert_error(arguments, 2, " is 1e300");
+    }
+}
+
+#[test]
 fn the_first_steps_without_files_of_the_user_are_commands() {
     let cli = Cli::new();
     let steps = cli.text("");
-    let simulate = steps.lines().find(|line| line.contains("simulate"));
+    let simulate = steps
+        .lines()
+        .find(|line| line.contains("actuator simulate"));
     let simulate = simulate.expect("a step").trim();
     let arguments = simulate.strip_prefix("actuator ").expect("a command");
     cli.actuator(arguments).assert().success();

@@ -6,7 +6,7 @@ use super::INPUT_PREFIX;
 use crate::actuator::{ModelKind, PlantKind, Settings};
 use crate::excitation::catalogue::Input;
 use crate::named::Named;
-use crate::parameter::{Parameter, ParameterError};
+use crate::parameter::{Parameter, ParameterError, Shown};
 use crate::plant::Pwm;
 use crate::presets::{PRESETS, Preset};
 
@@ -180,7 +180,8 @@ impl fmt::Display for ScenarioError<'_> {
             Self::InputParameter(error) => write!(f, "parameter {INPUT_PREFIX}{error}"),
             Self::Duration(value) => write!(
                 f,
-                "duration is {value}, expected more than 0 and at most 10,000,000 s"
+                "duration is {}, expected more than 0 and at most 10,000,000 s",
+                Shown(*value)
             ),
             Self::Every(value) => write!(f, "every is {value}, expected at least 1 tick"),
             Self::Value {
