@@ -11,8 +11,8 @@
 //! with current and back-EMF in the direction of the motion. The current that accelerates the
 //! inertia cancels as well: a motion begins and ends at the least rate, so the mean of its
 //! acceleration is zero. Therefore the results are taken where a motion ends. The back-EMF shows
-//! where that is, by its mean over the control period whose current is taken. The filtered rate lags
-//! by `t`, so between the places where it is the least rate the shaft loses `2 a t` by an
+//! where that is, by its mean over the control period whose current is taken. The filtered rate
+//! lags by `t`, so between the places where it is the least rate the shaft loses `2 a t` by an
 //! acceleration `a`: the friction of a motion of the time `T` would be too low by `J 2 a t/(k T)`.
 //!
 //! The current is a mean over a PWM period, which does not have the coast window: where that cuts
@@ -314,7 +314,7 @@ mod tests {
         assert!((friction - 300).abs() <= 10, "{friction}");
         // The offset of the current counts as a load.
         assert!((load - 150).abs() <= 75, "{load}");
-        // Steps of a mean are cut off below 4096/2^13, 0.5 of 100 deg/s: the two ways differ by less.
+        // Steps of a mean are cut off below 4096/2^13, 0.5 of 100 deg/s: the ways differ by less.
         assert!((constant - 20_000).abs() <= 30, "{constant}");
         assert_eq!(health.warnings(), 0);
     }

@@ -11,8 +11,8 @@
 //! is the difference.
 //!
 //! A motor that is connected the wrong way round turns against the loop, which drives it to its
-//! full rate. Its back-EMF has the sign of the voltage, and the encoder turns the other way, by more
-//! than the play of the gears.
+//! full rate. Its back-EMF has the sign of the voltage, and the encoder turns the other way, by
+//! more than the play of the gears.
 
 use model_core::control::units::Rate;
 

@@ -23,11 +23,11 @@
 //! | play of the gears | 1 | `LIMIT_MDEG` |
 //! | a stop within a period from 400 deg/s: half of its travel | 0.8 | `LIMIT_MDEG` |
 //!
-//! A motor whose constant is 30 % too low turns at 400 deg/s. The offset is learned at rest; before,
-//! `UNKNOWN_OFFSET_MDEG_S` counts. The last three are within 2.13 deg together. A single count that
-//! is further off than `WINDOW_MDEG` is rejected, and does not move the shaft: of a sound drive only
-//! one that a load stops as it crosses the play, and it is accepted when the motor has followed. A
-//! drift of `d` above the allowance `a` is detected after `LIMIT/(d - a)`.
+//! A motor whose constant is 30 % too low turns at 400 deg/s. The offset is learned at rest;
+//! before, `UNKNOWN_OFFSET_MDEG_S` counts. The last three are within 2.13 deg together. A single
+//! count that is further off than `WINDOW_MDEG` is rejected, and does not move the shaft: of a
+//! sound drive only one that a load stops as it crosses the play, and it is accepted when the motor
+//! has followed. A drift of `d` above the allowance `a` is detected after `LIMIT/(d - a)`.
 //!
 //! In motion the allowance for the constant hides a drift. But the error of a constant comes and
 //! goes with the travel, and a drift does not: with the same leak, sums of both have the ratio of
@@ -66,8 +66,8 @@ const LIMIT_MDEG: i32 = 2_200;
 /// Residual of a single count that is accepted.
 const WINDOW_MDEG: i32 = 1_900;
 
-/// Sum of the residual that play, encoder and half of a stop do not explain: less than the limit, so
-/// that a wrong polarity is reported before an implausible encoder.
+/// Sum of the residual that play, encoder and half of a stop do not explain: less than the limit,
+/// so that a wrong polarity is reported before an implausible encoder.
 const BEYOND_PLAY_MDEG: i32 = 2_000;
 
 /// Rate by which motor and encoder may differ at rest: 20 mV, eight codes of a leg, of noise and of
