@@ -103,7 +103,11 @@ fn an_error_names_file_line_and_expected_value() {
         cli.assert_error("simulate --scenario s.toml --csv -", 2, message);
     }
     cli.write("s.toml", b"\xff");
-    cli.assert_error("simulate --scenario s.toml", 2, "s.toml: invalid utf-8");
+    cli.assert_error(
+        "simulate --scenario s.toml",
+        2,
+        "s.toml: line 1 is no text in UTF-8",
+    );
     cli.assert_error(
         "simulate --scenario none.toml",
         1,
