@@ -67,10 +67,8 @@ use crate::{
 /// to 80 ms to its first angle (data sheet, power-up time).
 const INITIALISING_PERIODS: u32 = periods(200) as u32;
 
-/// Control periods after which the encoder's rate is that of the shaft, and after which the board
-/// no longer waits for it to rest.
+/// Control periods after which the encoder's rate is that of the shaft.
 const ENCODER_SETTLED_PERIODS: u32 = periods(40) as u32;
-const AT_REST_PERIODS: u32 = periods(1000) as u32;
 
 /// After these faults the position is unknown: the next valid count may be a turn away.
 const POSITION_LOST: FaultSet =
@@ -346,13 +344,13 @@ impl Application {
     }
 
     /// Whether the shaft turns when the board starts: by the back-EMF, which may have an offset,
-    /// and after 40 ms by the encoder; for a second at most.
+    /// and after 40 ms by the encoder, which may be lost, too.
     fn turns_at_start(&self, measured: &Measured) -> bool {
         let tick = self.outputs.telemetry.tick;
         let moves = (measured.back_emf_mv).is_some_and(|mv| !back_emf_brake::stands(mv));
         let encoder_moves = measured.count.is_none() || !stopping::stands(self.control.rate());
         let is_first = tick < ENCODER_SETTLED_PERIODS;
-        moves && (is_first || encoder_moves) && tick < AT_REST_PERIODS
+        moves && (is_first || encoder_moves)
     }
 
     /// Ends the initialisation when everything is measured and the shaft does not turn, or a fault

@@ -69,6 +69,43 @@ fn cases() -> Vec<Case> {
     ]
 }
 
+/// The drive is held where it was enabled, so that nothing but the load has ever turned the motor.
+#[test]
+fn no_load_runs_away_from_a_drive_that_has_never_moved() {
+    let mut wrong = Vec::new();
+    let cases = cases();
+    // Without a current the sign of the back-EMF is not known, and the motor is shorted.
+    let is_lowered = |case: &&Case| {
+        !matches!(
+            case.fault,
+            None | Some(Fault::Source { .. } | Fault::CurrentSense { .. })
+        )
+    };
+    for case in cases.iter().filter(is_lowered) {
+        for nm in [0.3, 0.5] {
+            let load = Planned::at_ms(LOADED_MS, Fault::Torque { nm });
+            let fault = case.fault.clone().map(|it| Planned::at_ms(FROM_MS, it));
+            let options = Options {
+                plant: BoardPlantOptions::realistic(3),
+                faults: [load].into_iter().chain(fault).collect(),
+                ..Options::for_ms(UNTIL_MS)
+            };
+            let finished = run_master(options, |tick| driven(tick, 0));
+            // The load has crossed the play.
+            let rows = finished.trace.rows.iter();
+            let rows = rows.filter(|row| row.at_ns >= (LOADED_MS + 100) * 1_000_000);
+            let free = rows.take_while(|row| row.angle_deg.abs() < STOP_DEG);
+            let rates = free.map(|row| row.rate_deg_s.abs());
+            let fastest = rates.fold(0.0, f64::max);
+            println!("{}, {nm} N m: {fastest:.0} deg/s", case.name);
+            if fastest > permitted_deg_s(case.fault.as_ref(), nm) {
+                wrong.push(format!("{}, {nm} N m: {fastest:.0} deg/s", case.name));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
 #[test]
 fn no_load_of_a_third_or_of_nearly_all_of_the_stall_torque_runs_away_at_a_fault() {
     println!(

@@ -19,7 +19,8 @@
 //!
 //! The brake trusts the back-EMF, and would drive the shaft with one that is wrong. Until its sign
 //! was that of `duty V - i R`, by the measured current, in periods with enough of both, the motor
-//! is shorted instead: exchanged dividers. It is shorted too once the encoder shows a motion in the
+//! is shorted instead: exchanged dividers. A shorted motor that a load turns shows the sign as well:
+//! `-i R` is its back-EMF. It is shorted too once the encoder shows a motion in the
 //! direction of the duty while less than half of the expected current flows, for 20 ms: a leg whose
 //! voltage is wrong.
 
@@ -40,12 +41,13 @@ const GREATEST_PCT: i32 = 75;
 /// The shaft stands below this back-EMF: 5 deg/s at 20 mV per deg/s.
 const STANDING_MV: i32 = 100;
 
-/// The sign of the back-EMF counts from here: 40 deg/s.
-const COUNTED_MV: i32 = 800;
+/// The sign of the back-EMF counts from here: 30 deg/s.
+const COUNTED_MV: i32 = 600;
 
 /// Likewise of `duty V - i R` over the resistance, beyond a third of the current, by which the
-/// resistance may be wrong.
-const COUNTED_MA: i32 = 100;
+/// resistance may be wrong: 15 times half a code, and two thirds of the current of a shorted motor
+/// at 30 deg/s.
+const COUNTED_MA: i32 = 50;
 
 /// Control periods, 12 ms, after which the sign is known.
 const KNOWN: i8 = 3;
@@ -89,7 +91,7 @@ pub(super) struct BackEmfBrake {
 }
 
 impl BackEmfBrake {
-    /// Takes the back-EMF and the current of a motor that is driven.
+    /// Takes the back-EMF and the current of a motor that is driven or shorted.
     pub fn observe(&mut self, current: PeriodCurrent, back_emf_mv: i32) {
         let expected_ma = current.stall_ma - current.mean_ma;
         // Wires do not change: what is known stays known whatever the current sense shows later.
@@ -148,12 +150,12 @@ mod tests {
     fn duty(sign: i32, (back_emf_mv, supply_mv): (i32, i32)) -> Percent {
         let mut brake = BackEmfBrake::default();
         for _ in 0..3 {
-            brake.observe(current(500, 300), 800 * sign);
+            brake.observe(current(500, 300), 600 * sign);
         }
         // Neither a small back-EMF nor a current that leaves it open counts.
         for _ in 0..10 {
-            brake.observe(current(-500, -300), 799 * sign);
-            brake.observe(current(-500, -900), 800 * sign);
+            brake.observe(current(-500, -300), 599 * sign);
+            brake.observe(current(-500, -670), 600 * sign);
         }
         let voltages = (back_emf_mv, supply_mv);
         brake.opposing(&CurrentLimits::DEFAULT, &Ripple::of(7.7, 1e-3), voltages)
@@ -211,6 +213,24 @@ mod tests {
         let ripple = Ripple::of(7.7, 1e-3);
         let duty = brake.opposing(&CurrentLimits::DEFAULT, &ripple, (900, 6000));
         assert_eq!(duty, percent(-60.0));
+    }
+
+    #[test]
+    fn a_load_that_turns_the_shorted_motor_shows_the_sign_of_the_back_emf() {
+        let duty_after = |mean_ma, back_emf_mv| {
+            let mut brake = BackEmfBrake::default();
+            for _ in 0..3 {
+                brake.observe(current(0, mean_ma), back_emf_mv);
+            }
+            let ripple = Ripple::of(7.7, 1e-3);
+            brake.opposing(&CurrentLimits::DEFAULT, &ripple, (back_emf_mv, 6000))
+        };
+        // 30 deg/s: 600 mV are 78 mA, against the motion.
+        assert_eq!(duty_after(-78, 600), percent(-40.0));
+        assert_eq!(duty_after(78, -600), percent(40.0));
+        // Exchanged dividers, and a current sense that shows nothing.
+        assert_eq!(duty_after(78, 600), Percent::ZERO);
+        assert_eq!(duty_after(0, 600), Percent::ZERO);
     }
 
     #[test]

@@ -177,12 +177,14 @@ impl Application {
     /// the motor.
     fn oppose_back_emf(&mut self, settings: Settings<'_>, measured: &Measured) {
         let back_emf_mv = measured.back_emf_mv;
-        if let Some((current, back_emf_mv)) = measured.current.zip(back_emf_mv)
-            && measured.count.is_some()
-        {
-            let expected_ma = current.stall_ma - settings.motor.ripple.of_back_emf_ma(back_emf_mv);
-            let (duty, rate) = (self.last_step.duty, self.control.rate());
-            (self.back_emf_brake).verify(duty, rate, current, expected_ma);
+        if let Some((current, back_emf_mv)) = measured.current.zip(back_emf_mv) {
+            self.back_emf_brake.observe(current, back_emf_mv);
+            if measured.count.is_some() {
+                let of_back_emf_ma = settings.motor.ripple.of_back_emf_ma(back_emf_mv);
+                let expected_ma = current.stall_ma - of_back_emf_ma;
+                let (duty, rate) = (self.last_step.duty, self.control.rate());
+                (self.back_emf_brake).verify(duty, rate, current, expected_ma);
+            }
         }
         let voltages = (back_emf_mv.unwrap_or(0), self.outputs.telemetry.supply_mv);
         self.apply(CascadeStep {

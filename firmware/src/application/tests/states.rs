@@ -361,13 +361,13 @@ fn a_bridge_that_trips_while_the_board_initialises_is_latched_and_coasts() {
 }
 
 /// Control periods that a board initialises whose back-EMF is that of this rate, deg/s, and whose
-/// encoder turns by so many counts a period.
+/// encoder turns by so many counts a period, for 500 periods.
 fn initialising_periods(rate_deg_s: f64, counts: u16) -> u32 {
     let mut board = Configured::new(BoardParameters::DEFAULT);
     let mut periods = 0;
     loop {
-        let mut samples = Samples::at_rest(word(periods as u16 * counts % 4096));
-        turn(&mut samples, rate_deg_s);
+        let mut samples = Samples::at_rest(word(periods.min(500) as u16 * counts % 4096));
+        turn(&mut samples, if periods < 500 { rate_deg_s } else { 0.0 });
         periods += 1;
         if board.control_period(&samples).state != BoardState::Initialising {
             return periods;
@@ -376,10 +376,10 @@ fn initialising_periods(rate_deg_s: f64, counts: u16) -> u32 {
 }
 
 #[test]
-fn the_board_waits_for_a_shaft_that_turns_for_a_second_and_for_an_offset_of_the_legs_40_ms() {
+fn the_board_waits_until_the_shaft_rests_and_for_an_offset_of_the_legs_40_ms() {
     assert_eq!(initialising_periods(0.0, 0), 1);
     assert_eq!(initialising_periods(10.0, 0), 10);
-    assert_eq!(initialising_periods(90.0, 4), 250);
+    assert_eq!(initialising_periods(90.0, 4), 501);
 }
 
 #[test]
