@@ -67,8 +67,10 @@ use crate::{
 /// to 80 ms to its first angle (data sheet, power-up time).
 const INITIALISING_PERIODS: u32 = periods(200) as u32;
 
-/// Control periods after which the encoder's rate is that of the shaft.
+/// Control periods after which the encoder's rate is that of the shaft, and after which the board
+/// no longer waits for one that is lost.
 const ENCODER_SETTLED_PERIODS: u32 = periods(40) as u32;
+const ENCODER_LOST_PERIODS: u32 = periods(1000) as u32;
 
 /// After these faults the position is unknown: the next valid count may be a turn away.
 const POSITION_LOST: FaultSet =
@@ -344,11 +346,14 @@ impl Application {
     }
 
     /// Whether the shaft turns when the board starts: by the back-EMF, which may have an offset,
-    /// and after 40 ms by the encoder, which may be lost, too.
+    /// and after 40 ms by the encoder; without a count for a second at most.
     fn turns_at_start(&self, measured: &Measured) -> bool {
         let tick = self.outputs.telemetry.tick;
         let moves = (measured.back_emf_mv).is_some_and(|mv| !back_emf_brake::stands(mv));
-        let encoder_moves = measured.count.is_none() || !stopping::stands(self.control.rate());
+        let encoder_moves = match measured.count {
+            Some(_) => !stopping::stands(self.control.rate()),
+            None => tick < ENCODER_LOST_PERIODS,
+        };
         let is_first = tick < ENCODER_SETTLED_PERIODS;
         moves && (is_first || encoder_moves)
     }

@@ -7,8 +7,8 @@ import { saving } from './save.js';
 const POINTS = 1800;
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-// The quantities: mean, baseline, change, level, bit of the warning, and what a unit that is shown has
-// of the object's.
+// The quantities: mean, baseline, change, level, bit of the warning, and what a unit that is shown
+// has of the object's.
 const QUANTITIES = [
   { id: 'friction', name: 'Friction', unit: 'mA', now: '2052:1', baseline: '2053:1', change: '2052:6', level: '2053:3', by: 10, bit: 0, needsMotion: true },
   { id: 'load', name: 'Load', unit: 'mA', now: '2052:2', level: '2053:5', by: 10, levelBy: 10, levelUnit: 'mA', bit: 2, needsMotion: true },

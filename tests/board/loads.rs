@@ -69,6 +69,37 @@ fn cases() -> Vec<Case> {
     ]
 }
 
+/// What a load has done to a shaft.
+struct Outcome {
+    /// The first fault: when it was reported, ms, and its number; 0 without one.
+    reported: (u64, u8),
+    /// The greatest rate between the crossing of the play and the stop, deg/s.
+    fastest_deg_s: f64,
+    /// Where the shaft is at the end, deg.
+    end_deg: f64,
+}
+
+/// A drive with this target, a load and the fault of a case.
+fn run(case: &Case, nm: f64, target_mdeg: i32) -> Outcome {
+    let load = Planned::at_ms(LOADED_MS, Fault::Torque { nm });
+    let fault = case.fault.clone().map(|it| Planned::at_ms(FROM_MS, it));
+    let options = Options {
+        plant: BoardPlantOptions::realistic(3),
+        faults: [load].into_iter().chain(fault).collect(),
+        ..Options::for_ms(UNTIL_MS)
+    };
+    let finished = run_master(options, move |tick| driven(tick, target_mdeg));
+    let rows = finished.trace.rows.iter();
+    let rows = rows.filter(|row| row.at_ns >= (LOADED_MS + 100) * 1_000_000);
+    let free = rows.take_while(|row| row.angle_deg.abs() < STOP_DEG);
+    let (at_ns, number) = faults(&finished).into_iter().next().unwrap_or((0, 0));
+    Outcome {
+        reported: (at_ns / 1_000_000, number),
+        fastest_deg_s: free.map(|row| row.rate_deg_s.abs()).fold(0.0, f64::max),
+        end_deg: finished.trace.rows.last().expect("rows").angle_deg,
+    }
+}
+
 /// The drive is held where it was enabled, so that nothing but the load has ever turned the motor.
 #[test]
 fn no_load_runs_away_from_a_drive_that_has_never_moved() {
@@ -83,20 +114,7 @@ fn no_load_runs_away_from_a_drive_that_has_never_moved() {
     };
     for case in cases.iter().filter(is_lowered) {
         for nm in [0.3, 0.5] {
-            let load = Planned::at_ms(LOADED_MS, Fault::Torque { nm });
-            let fault = case.fault.clone().map(|it| Planned::at_ms(FROM_MS, it));
-            let options = Options {
-                plant: BoardPlantOptions::realistic(3),
-                faults: [load].into_iter().chain(fault).collect(),
-                ..Options::for_ms(UNTIL_MS)
-            };
-            let finished = run_master(options, |tick| driven(tick, 0));
-            // The load has crossed the play.
-            let rows = finished.trace.rows.iter();
-            let rows = rows.filter(|row| row.at_ns >= (LOADED_MS + 100) * 1_000_000);
-            let free = rows.take_while(|row| row.angle_deg.abs() < STOP_DEG);
-            let rates = free.map(|row| row.rate_deg_s.abs());
-            let fastest = rates.fold(0.0, f64::max);
+            let fastest = run(case, nm, 0).fastest_deg_s;
             println!("{}, {nm} N m: {fastest:.0} deg/s", case.name);
             if fastest > permitted_deg_s(case.fault.as_ref(), nm) {
                 wrong.push(format!("{}, {nm} N m: {fastest:.0} deg/s", case.name));
@@ -114,31 +132,14 @@ fn no_load_of_a_third_or_of_nearly_all_of_the_stall_torque_runs_away_at_a_fault(
     let mut wrong = Vec::new();
     for case in cases() {
         for nm in [0.3, 0.5, 0.8] {
-            let load = Planned::at_ms(LOADED_MS, Fault::Torque { nm });
-            let fault = case.fault.clone().map(|it| Planned::at_ms(FROM_MS, it));
-            let options = Options {
-                plant: BoardPlantOptions::realistic(3),
-                faults: [load].into_iter().chain(fault).collect(),
-                ..Options::for_ms(UNTIL_MS)
-            };
-            let finished = run_master(options, |tick| driven(tick, TARGET_MDEG));
-            let rows = finished.trace.rows.iter();
-            let rows = rows.filter(|row| row.at_ns >= (LOADED_MS + 100) * 1_000_000);
-            let free: Vec<_> = rows
-                .take_while(|row| row.angle_deg.abs() < STOP_DEG)
-                .collect();
-            let fastest = free
-                .iter()
-                .map(|row| row.rate_deg_s.abs())
-                .fold(0.0, f64::max);
-            let first = faults(&finished).into_iter().next();
-            let (at_ns, number) = first.unwrap_or((0, 0));
-            let end = finished.trace.rows.last().expect("rows");
+            let outcome = run(&case, nm, TARGET_MDEG);
+            let (at_ms, number) = outcome.reported;
+            let fastest = outcome.fastest_deg_s;
             println!(
                 "| {} | {nm} N m | {number} | {} ms | {fastest:.0} deg/s | {:.0} deg |",
                 case.name,
-                (at_ns / 1_000_000) as i64 - FROM_MS as i64,
-                end.angle_deg
+                at_ms as i64 - FROM_MS as i64,
+                outcome.end_deg
             );
             // It does not carry the current: the board is reset.
             let is_too_soft = matches!(case.fault, Some(Fault::Source { .. })) && nm > 0.5;

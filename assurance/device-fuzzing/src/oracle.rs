@@ -95,18 +95,17 @@ impl Oracle {
         self.before = Some(*outputs);
     }
 
-    /// The motor is driven in the states that drive it, and in these never before a frame that
-    /// commands one; in a fault and after a reset only against its back-EMF.
+    /// The motor is driven in the states that drive it, and never before a frame that commands one;
+    /// in a fault and after a reset only against its back-EMF.
     fn check_power(&mut self, outputs: &Outputs) {
         let Bridge::Driven(compare) = outputs.bridge else {
             return;
         };
         self.summary.driven += 1;
-        let is_driving = outputs.state.is_driving();
-        assert!(self.may_drive || !is_driving, "driven without a command");
+        assert!(self.may_drive, "driven without a command");
         let brakes = matches!(outputs.state, BoardState::Fault | BoardState::Initialising);
         let opposes = (compare.get() > 0) == (outputs.telemetry.back_emf_mv < 0);
-        let is_allowed = is_driving || brakes && opposes;
+        let is_allowed = outputs.state.is_driving() || brakes && opposes;
         assert!(is_allowed, "driven in {:?}", outputs.state);
     }
 

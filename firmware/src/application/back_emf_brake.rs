@@ -19,8 +19,9 @@
 //!
 //! The brake trusts the back-EMF, and would drive the shaft with one that is wrong. Until its sign
 //! was that of `duty V - i R`, by the measured current, in periods with enough of both, the motor
-//! is shorted instead: exchanged dividers. A shorted motor that a load turns shows the sign as well:
-//! `-i R` is its back-EMF. It is shorted too once the encoder shows a motion in the
+//! is shorted instead: exchanged dividers. A shorted motor that a load turns shows the sign as
+//! well: `-i R` is its back-EMF. That counts once the motor was driven, so that a board which was
+//! never commanded to drive gives no duty. It is shorted too once the encoder shows a motion in the
 //! direction of the duty while less than half of the expected current flows, for 20 ms: a leg whose
 //! voltage is wrong.
 
@@ -88,11 +89,25 @@ pub(super) struct BackEmfBrake {
     agreed: i8,
     /// Periods in which the shaft turned with the duty of the brake.
     contradicted: u8,
+    /// The motor was driven, and the brake has not been contradicted since.
+    was_driven: bool,
 }
 
 impl BackEmfBrake {
-    /// Takes the back-EMF and the current of a motor that is driven or shorted.
-    pub fn observe(&mut self, current: PeriodCurrent, back_emf_mv: i32) {
+    /// Takes the back-EMF and the current of a motor that is driven.
+    pub fn observe_driven(&mut self, current: PeriodCurrent, back_emf_mv: i32) {
+        self.was_driven = true;
+        self.observe(current, back_emf_mv);
+    }
+
+    /// Takes the back-EMF and the current of a motor that is braked.
+    pub fn observe_braked(&mut self, current: PeriodCurrent, back_emf_mv: i32) {
+        if self.was_driven {
+            self.observe(current, back_emf_mv);
+        }
+    }
+
+    fn observe(&mut self, current: PeriodCurrent, back_emf_mv: i32) {
         let expected_ma = current.stall_ma - current.mean_ma;
         // Wires do not change: what is known stays known whatever the current sense shows later.
         let counts = self.agreed != KNOWN
@@ -150,12 +165,12 @@ mod tests {
     fn duty(sign: i32, (back_emf_mv, supply_mv): (i32, i32)) -> Percent {
         let mut brake = BackEmfBrake::default();
         for _ in 0..3 {
-            brake.observe(current(500, 300), 600 * sign);
+            brake.observe_driven(current(500, 300), 600 * sign);
         }
         // Neither a small back-EMF nor a current that leaves it open counts.
         for _ in 0..10 {
-            brake.observe(current(-500, -300), 599 * sign);
-            brake.observe(current(-500, -670), 600 * sign);
+            brake.observe_driven(current(-500, -300), 599 * sign);
+            brake.observe_driven(current(-500, -670), 600 * sign);
         }
         let voltages = (back_emf_mv, supply_mv);
         brake.opposing(&CurrentLimits::DEFAULT, &Ripple::of(7.7, 1e-3), voltages)
@@ -174,6 +189,7 @@ mod tests {
         let known = BackEmfBrake {
             agreed: KNOWN,
             contradicted: 0,
+            was_driven: true,
         };
         let after = |rate_deg_s, mean_ma, periods| {
             let mut brake = known;
@@ -205,10 +221,10 @@ mod tests {
     fn a_current_sense_that_is_wrong_later_does_not_change_what_is_known() {
         let mut brake = BackEmfBrake::default();
         for _ in 0..3 {
-            brake.observe(current(500, 300), 800);
+            brake.observe_driven(current(500, 300), 800);
         }
         for _ in 0..10 {
-            brake.observe(current(500, 900), 800);
+            brake.observe_driven(current(500, 900), 800);
         }
         let ripple = Ripple::of(7.7, 1e-3);
         let duty = brake.opposing(&CurrentLimits::DEFAULT, &ripple, (900, 6000));
@@ -217,20 +233,24 @@ mod tests {
 
     #[test]
     fn a_load_that_turns_the_shorted_motor_shows_the_sign_of_the_back_emf() {
-        let duty_after = |mean_ma, back_emf_mv| {
+        let duty_after = |mean_ma, back_emf_mv, was_driven| {
             let mut brake = BackEmfBrake::default();
+            if was_driven {
+                brake.observe_driven(current(0, 0), 0);
+            }
             for _ in 0..3 {
-                brake.observe(current(0, mean_ma), back_emf_mv);
+                brake.observe_braked(current(0, mean_ma), back_emf_mv);
             }
             let ripple = Ripple::of(7.7, 1e-3);
             brake.opposing(&CurrentLimits::DEFAULT, &ripple, (back_emf_mv, 6000))
         };
         // 30 deg/s: 600 mV are 78 mA, against the motion.
-        assert_eq!(duty_after(-78, 600), percent(-40.0));
-        assert_eq!(duty_after(78, -600), percent(40.0));
-        // Exchanged dividers, and a current sense that shows nothing.
-        assert_eq!(duty_after(78, 600), Percent::ZERO);
-        assert_eq!(duty_after(0, 600), Percent::ZERO);
+        assert_eq!(duty_after(-78, 600, true), percent(-40.0));
+        assert_eq!(duty_after(78, -600, true), percent(40.0));
+        // Exchanged dividers, a current sense that shows nothing, and a board without a command.
+        assert_eq!(duty_after(78, 600, true), Percent::ZERO);
+        assert_eq!(duty_after(0, 600, true), Percent::ZERO);
+        assert_eq!(duty_after(-78, 600, false), Percent::ZERO);
     }
 
     #[test]
