@@ -187,7 +187,8 @@ class Contract:
         self.command(0, 0.2, 0.5)
         self.spin_until(lambda: self.health() == 2, "an error")
         self.assertTrue(any(text.startswith("fault ") for text in self.logs), self.logs)
-        self.command(0, math.nan, 0.2)
+        # Longer than the reaction to the fault, on a slow emulator too.
+        self.command(0, math.nan, 2)
         self.spin_until(lambda: self.health() == 0, "health")
         self.command(0, 0.2, 1)
         self.assertAlmostEqual(self.last().position, math.radians(12), delta=0.01)

@@ -14,7 +14,7 @@ use ::dronecan::{
     Telemetry, Value, circuit,
 };
 use canopen::ParameterGroup;
-use canopen::cia402::{self, controlword::ENABLE_OPERATION};
+use canopen::cia402::{self, Cia402State, controlword::ENABLE_OPERATION};
 
 use super::{Drive, emergency};
 use crate::{
@@ -80,9 +80,11 @@ impl Drive<'_> {
     fn release(&mut self) {
         if self.is_commanded() {
             self.change_command(|command| command.control = RELEASE);
-            if !self.latched().is_empty() {
-                self.change_command(|command| command.control = RESET);
-            }
+        }
+        // Once, and where it acts: the reaction to a fault may outlast the first release.
+        let is_released = self.messages.commands.unverified().newest().control == RELEASE;
+        if is_released && self.outputs.motion.state == Cia402State::Fault {
+            self.change_command(|command| command.control = RESET);
         }
     }
 

@@ -142,6 +142,19 @@ fn a_command_that_stays_away_is_a_fault_which_a_release_acknowledges() {
 }
 
 #[test]
+fn a_release_that_begins_in_the_reaction_to_a_fault_acknowledges_it_afterwards() {
+    let mut bench = bench();
+    bench.command(Target::Speed(2.0), 50);
+    bench.until(100, |bench| {
+        bench.axis() == Cia402State::FaultReactionActive
+    });
+    bench.command(Target::Unitless(f32::NAN), 1);
+    assert_eq!(bench.axis(), Cia402State::FaultReactionActive);
+    bench.command(Target::Unitless(f32::NAN), 200);
+    assert_eq!(bench.axis(), Cia402State::SwitchOnDisabled);
+}
+
+#[test]
 fn the_failsafe_position_is_taken_when_commands_stay_away() {
     let mut bench = bench();
     bench.parameter("failsafe_action", 2);
