@@ -253,7 +253,8 @@ const fn half_digit(rest: u32, next: u32, divisor: u32) -> (u32, u32) {
 ///
 /// Every control period divides several times. A processor of 32 bits has no division of 64 bits:
 /// if the odd part of the divisor is below 2^16, long division with digits of 16 bits takes a third
-/// of the instructions of the compiler's routine. Inlined, since most divisors are constants.
+/// of the instructions of the compiler's routine, and the magnitude over the even part is mostly
+/// below 2^32. Inlined, since most divisors are constants.
 #[inline(always)]
 pub(super) const fn divide(numerator: i64, divisor: u32) -> i64 {
     let shift = divisor.trailing_zeros() % u32::BITS;
@@ -272,10 +273,13 @@ pub(super) const fn divide(numerator: i64, divisor: u32) -> i64 {
     // A remainder is below 2^16: with the next digit it is below 2^32.
     let magnitude = numerator.unsigned_abs() >> shift;
     let (high, low) = ((magnitude >> 32) as u32, magnitude as u32);
-    let middle = (high % odd) << 16 | low >> 16;
-    let last = (middle % odd) << 16 | low & 0xFFFF;
-    let quotient =
-        ((high / odd) as i64) << 32 | ((middle / odd) as i64) << 16 | (last / odd) as i64;
+    let quotient = if high == 0 {
+        (low / odd) as i64
+    } else {
+        let middle = (high % odd) << 16 | low >> 16;
+        let last = (middle % odd) << 16 | low & 0xFFFF;
+        ((high / odd) as i64) << 32 | ((middle / odd) as i64) << 16 | (last / odd) as i64
+    };
     if numerator < 0 {
         quotient.wrapping_neg()
     } else {
