@@ -101,6 +101,11 @@ impl SetPoints {
         !self.accepted
     }
 
+    /// Whether a set-point is active.
+    pub const fn is_active(&self) -> bool {
+        self.moving
+    }
+
     /// Whether a set-point waits for the active one.
     pub const fn has_next(&self) -> bool {
         self.buffered.is_some()

@@ -53,21 +53,34 @@ fn one_set_point_is_buffered_and_a_third_is_not_acknowledged() {
 
 #[test]
 fn a_buffered_set_point_waits_for_the_motor_and_for_a_second_at_most() {
-    // Within the window, 20 ms; outside, a second more.
-    for (place, wait) in [(9_500, 6), (9_499, 257)] {
+    // Within the window, 20 ms; outside, a second more. The next is written with the first, or when
+    // the demand has arrived.
+    for (place, wait, is_late) in [
+        (9_500, 6, false),
+        (9_499, 257, false),
+        (9_500, 6, true),
+        (9_499, 257, true),
+    ] {
         let mut bench = Bench::enabled(Mode::ProfilePosition);
         bench.follows = false;
-        for target in [10_000, -10_000] {
+        let give = |bench: &mut Bench, target| {
             bench.input.target_position = target;
             bench.command(NEW);
             bench.command(ENABLE);
+        };
+        give(&mut bench, 10_000);
+        if !is_late {
+            give(&mut bench, -10_000);
         }
         let demands = |output: &Output, target| matches!(output.demand, Demand::Position { position, .. } if position == target);
         bench.until(|output| demands(output, 10_000));
         bench.input.position_actual = place;
+        if is_late {
+            give(&mut bench, -10_000);
+        }
         let has_reached = |output: &Output| has(output.statusword, statusword::TARGET_REACHED);
         let until = |output: &Output| has_reached(output) || !demands(output, 10_000);
-        let periods = bench.until(until);
+        let periods = bench.until(until) + if is_late { 2 } else { 0 };
         assert_eq!(periods, wait, "{place}");
         // Bit 10 is set for one period, and the next begins the motion.
         assert!(!has_reached(&bench.step()));

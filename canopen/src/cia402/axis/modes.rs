@@ -167,13 +167,14 @@ impl Axis {
             self.smooth = None;
             self.ramp.to_position(target, &limits, period_us)
         };
-        // The next set-point waits for the motor, which may come to rest outside the window.
-        let waits = ended && self.set_points.has_next();
+        // A set-point is active until the motor has arrived, which may come to rest outside the
+        // window.
+        let waits = ended && self.set_points.is_active();
         let arrival_ms = (parameters.position_window_time_ms).saturating_add(ARRIVAL_MS);
         let is_late = (self.arrival_timer).step(waits, arrival_ms, period_us);
-        if ended && (!waits || self.is_reached || is_late) {
+        if waits && (self.is_reached || is_late) {
+            ended = !self.set_points.has_next();
             self.set_points.reached();
-            ended = !waits;
         }
         ModeResult {
             limited,
@@ -206,8 +207,8 @@ impl Axis {
     }
 }
 
-/// Time in milliseconds, beyond that of the position window, after which a set-point that waits for
-/// the motor starts in any case.
+/// Time in milliseconds, beyond that of the position window, after which the motor counts as
+/// arrived in any case.
 const ARRIVAL_MS: u16 = 1000;
 
 /// Limits a velocity to 607Fh; returns it and whether it was changed.
