@@ -95,7 +95,8 @@ impl Drive<'_> {
     /// Changes the command to the loop. While too many are queued, an SDO waits and an RPDO is
     /// refused.
     fn command(&mut self, object: DriveCommand, value: u64) -> Result<(), Abort> {
-        let mut command = *self.messages.commands.unverified().newest();
+        let before = *self.messages.commands.unverified().newest();
+        let mut command = before;
         let mut targets = self.targets;
         let sign = Polarity::of(&self.values);
         let position = (value as i32).saturating_mul(sign.position);
@@ -129,10 +130,16 @@ impl Drive<'_> {
         }
         self.post_command(&command)?;
         self.targets = targets;
-        if matches!(object, DriveCommand::Mode) {
+        // Not by the same mode again, which an RPDO repeats with each point.
+        if command.mode != before.mode {
             self.points.clear();
         }
         Ok(())
+    }
+
+    /// Whether the loop has still to take a command.
+    pub(super) fn has_waiting_command(&self) -> bool {
+        self.outputs.taken.command != self.messages.commands.unverified().number()
     }
 
     fn post_command(&mut self, command: &Command) -> Result<(), Abort> {
@@ -162,8 +169,7 @@ impl Drive<'_> {
             return;
         }
         let command = *self.messages.commands.unverified().newest();
-        let waits = self.outputs.taken.command != self.messages.commands.unverified().number();
-        if waits || command.mode != Mode::InterpolatedPosition {
+        if self.has_waiting_command() || command.mode != Mode::InterpolatedPosition {
             return;
         }
         let passed_us = passed_periods.saturating_mul(PERIOD_US).min(MOST_US) as i32;
@@ -202,7 +208,12 @@ impl Drive<'_> {
         let _ = self.set_parameter(Parameter::CommandSource, value as u32);
     }
 
+    /// Starts the excitation behind the commands that were written before: an SDO waits until the
+    /// loop has taken them, and an RPDO is refused.
     fn start_excitation(&mut self) -> Result<(), Abort> {
+        if self.has_waiting_command() {
+            return Err(Abort::NoResource);
+        }
         let settings = self.values.excitation;
         let run = settings.run().ok_or(Abort::Incompatible)?;
         if !self.has_room(&settings) {

@@ -47,6 +47,7 @@ use crate::{
     protection::Counter,
     timing::thousandths,
 };
+use canopen::cia402::Cia402State;
 use model::MotorModel;
 use service::{ServiceAccess, ServiceState};
 use store::ParameterStore;
@@ -189,7 +190,12 @@ impl<'a> Drive<'a> {
             .telemetry
             .tick
             .wrapping_sub(self.outputs.telemetry.tick);
+        let was_enabled = self.is_enabled();
         self.outputs = *outputs;
+        if was_enabled && !self.is_enabled() {
+            // What was left of a motion moves nothing in the next one.
+            self.points.clear();
+        }
         if let Some(counter) = self
             .counters
             .get_mut(Counter::of_tick(outputs.telemetry.tick) as usize)
@@ -233,6 +239,11 @@ impl<'a> Drive<'a> {
         self.health = Health::default();
         self.service.lock();
         self.capture.stop();
+    }
+
+    /// In OPERATION ENABLED.
+    fn is_enabled(&self) -> bool {
+        self.outputs.motion.state == Cia402State::OperationEnabled
     }
 
     fn is_driving(&self) -> bool {

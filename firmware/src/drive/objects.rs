@@ -3,7 +3,6 @@
 use core::task::Poll;
 
 use bootloader::Bus;
-use canopen::cia402::Cia402State;
 use canopen::dictionary::{Address, Entry};
 use canopen::{Abort, BitRate, Event, NmtState, NodeId, ParameterGroup, Reset};
 
@@ -169,8 +168,7 @@ impl canopen::Application for Drive<'_> {
             Reset::Node => self.power_on(),
             // A master that resets the communication of an enabled drive has lost it.
             Reset::Communication => {
-                let moves = self.outputs.motion.state == Cia402State::OperationEnabled;
-                self.report_network(moves);
+                self.report_network(self.is_enabled());
             }
         }
     }

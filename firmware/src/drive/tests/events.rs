@@ -204,6 +204,20 @@ fn with_a_full_queue_an_sdo_waits_and_an_rpdo_is_refused_with_an_emcy() {
     assert_eq!(bench.status() & 0x6F, 0x21);
 }
 
+#[test]
+fn an_excitation_starts_behind_the_controlwords_that_enable() {
+    let mut bench = Bench::new();
+    bench.set(0x2040, 1, 0, 4);
+    for word in [6, 7, 15] {
+        bench.send(0x601, &[0x2B, 0x40, 0x60, 0, word, 0, 0, 0]);
+    }
+    bench.received.clear();
+    bench.send(0x601, &[0x2F, 0x20, 0x20, 1, 1, 0, 0, 0]);
+    bench.steps(6);
+    let answer = (bench.received.iter()).find(|frame| frame.raw_id().0 == 0x581);
+    assert_eq!(answer.expect("an answer").bytes()[0], 0x60);
+}
+
 fn write_strategy() -> impl Strategy<Value = Write> {
     let words = vec![0, 2, 6, 7, 0xF, 0x80, 0x86, 0x8F, 0x10F];
     prop_oneof![

@@ -72,8 +72,27 @@ fn a_change_of_mode_and_60c4h_clear_the_buffer() {
     bench.set(0x60C4, 6, 0, 1);
     assert_eq!(bench.get(0x60C4, 4), 0);
     bench.set(0x60C1, 1, 1_000, 4);
+    // An RPDO with mode and point writes the mode with each point.
+    bench.set(0x6060, 0, 7, 1);
+    assert_eq!(bench.get(0x60C4, 4), 1);
     bench.set(0x6060, 0, 8, 1);
     assert_eq!(bench.get(0x60C4, 4), 0);
+}
+
+#[test]
+fn points_of_a_motion_that_has_ended_move_nothing_in_the_next_one() {
+    let mut bench = Bench::enabled(7);
+    bench.control(0x1F);
+    for point in 1..=16 {
+        bench.set(0x60C1, 1, point * 200, 4);
+    }
+    bench.control(0x06);
+    bench.steps(50);
+    assert_eq!(bench.get(0x60C4, 4), 0);
+    bench.control(0x1F);
+    let place = bench.get(0x6062, 0);
+    bench.steps(50);
+    assert_eq!(bench.get(0x6062, 0), place);
 }
 
 #[test]
