@@ -1,5 +1,7 @@
 //! `actuator serve --elf`: actuators whose boards are emulated.
 
+#[cfg(feature = "board")]
+use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -7,36 +9,54 @@ use clap::Args;
 use crate::error::Error;
 
 /// Emulated boards in place of native actuators.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 pub struct Boards {
+    /// Folder `boards` of a release: all actuators run its program on emulated boards, behind its
+    /// bootloader
+    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["elf", "comm_elf"], group = "emulated", group = "boot")]
+    boards: Option<PathBuf>,
     /// Program of the emulated actuator boards; repeated, those of actuators 1, 2 and so on
     ///
     /// The last one is that of all further actuators. `native` in place of a file stands for an
     /// actuator that is not emulated.
-    #[arg(long, value_name = "FILE", requires = "comm_elf")]
+    #[arg(long, value_name = "FILE", requires = "comm_elf", group = "emulated")]
     pub elf: Vec<PathBuf>,
     /// Program of the emulated communication board
     #[arg(long, value_name = "FILE", requires = "elf")]
     pub comm_elf: Option<PathBuf>,
     /// Bootloader of the emulated actuator boards, which starts the program
     #[cfg(feature = "board")]
-    #[arg(long, value_name = "FILE", requires = "elf")]
+    #[arg(long, value_name = "FILE", requires = "elf", group = "boot")]
     boot_elf: Option<PathBuf>,
     /// Private key that signs the program for the bootloader [default: the development key]
     #[cfg(feature = "board")]
-    #[arg(long, value_name = "FILE", requires = "boot_elf")]
+    #[arg(long, value_name = "FILE", requires = "boot")]
     key: Option<PathBuf>,
     /// Keeps the flash in this file from one start to the next; that of node 2 in FILE.2, and so on
     #[cfg(feature = "board")]
-    #[arg(long, value_name = "FILE", requires = "boot_elf")]
+    #[arg(long, value_name = "FILE", requires = "boot")]
     flash: Option<PathBuf>,
     /// Plan of faults of the first emulated actuator board
     #[cfg(feature = "board")]
-    #[arg(long, value_name = "PLAN", requires = "elf")]
+    #[arg(long, value_name = "PLAN", requires = "emulated")]
     faults: Option<PathBuf>,
 }
 
 impl Boards {
+    /// With the programs of the folder, where one is given.
+    pub fn with_folder(&self) -> Self {
+        let Some(folder) = &self.boards else {
+            return self.clone();
+        };
+        Self {
+            elf: vec![folder.join("actuator-board.elf")],
+            comm_elf: Some(folder.join("comm-board.elf")),
+            #[cfg(feature = "board")]
+            boot_elf: Some(folder.join("actuator-boot.elf")),
+            ..self.clone()
+        }
+    }
+
     /// The number of actuators, which is that of the programs unless this one is given.
     ///
     /// # Errors
@@ -60,7 +80,7 @@ impl Boards {
     #[cfg(feature = "board")]
     pub fn read(
         &self,
-        comm: &std::path::Path,
+        comm: &Path,
         has_dronecan: bool,
     ) -> Result<crate::emulated::Programs, Error> {
         let boot = crate::emulated::BootOptions {

@@ -81,11 +81,6 @@ impl Excite {
         for (sub, value) in settings {
             client.write(&format!("2020:{sub}"), &value.to_string())?;
         }
-        client.enable(1)?;
-        if self.capture {
-            client.write("2030:3", "1")?;
-            client.write("2030:1", "1")?;
-        }
         let done = self.start(&mut client);
         // An excitation that has not started or has failed ends the recording.
         let stopped = match self.capture && (done.is_err() || !self.no_wait) {
@@ -99,13 +94,21 @@ impl Excite {
         Ok(())
     }
 
-    /// Starts the excitation, and waits for its end unless --no-wait is given.
+    /// Enables the drive, starts the excitation, and waits for its end unless --no-wait is given.
     fn start(&self, client: &mut Client) -> Result<(), Error> {
+        let begin = |client: &mut Client| {
+            client.enable(1)?;
+            if self.capture {
+                client.write("2030:3", "1")?;
+                client.write("2030:1", "1")?;
+            }
+            excitation::start(client)
+        };
         if self.no_wait {
-            return Ok(excitation::start(client)?);
+            return Ok(begin(client)?);
         }
         let run = |client: &mut Client| {
-            excitation::start(client)?;
+            begin(client)?;
             wait(client)
         };
         let stop = |client: &mut Client| client.write("2020:1", "0");

@@ -53,7 +53,7 @@ pub struct Serve {
     #[arg(long, value_name = "NUMBER", value_parser = clap::value_parser!(u8).range(1..=127))]
     nodes: Option<u8>,
     /// The actuators wait for a node-ID by LSS; their serial numbers start at 1
-    #[arg(long, conflicts_with = "elf")]
+    #[arg(long, conflicts_with = "emulated")]
     unconfigured: bool,
     /// Seed of noise, friction and magnet misalignment, which differ between actuators [default:
     /// ideal; 0 with --comm-elf]
@@ -63,18 +63,23 @@ pub struct Serve {
     ///
     /// The number of an actuator and `encoder-lost`, `encoder-back`, `jam`, `free`, `load NM`,
     /// `supply VOLTS`, `bus-off`, `bus-on`, `sdo-delay MS`, `mute` (no heartbeats) or `unmute`.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["elf", "protocol"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["emulated", "protocol"])]
     node_faults: Option<PathBuf>,
     #[command(flatten)]
     boards: Boards,
     #[command(flatten)]
     servos: Servos,
     /// Also provides the bus with this number by UDP multicast, as the simulator of ArduPilot does
-    #[arg(long, value_name = "BUS", conflicts_with = "elf", value_parser = clap::value_parser!(u8).range(0..=9))]
+    #[arg(long, value_name = "BUS", conflicts_with = "emulated", value_parser = clap::value_parser!(u8).range(0..=9))]
     multicast: Option<u8>,
     /// Makes this path a link to the pseudo-terminal, until the end
     #[cfg(unix)]
-    #[arg(long, value_name = "PATH", requires = "pty", conflicts_with = "elf")]
+    #[arg(
+        long,
+        value_name = "PATH",
+        requires = "pty",
+        conflicts_with = "emulated"
+    )]
     link: Option<PathBuf>,
 }
 
@@ -89,9 +94,10 @@ impl Serve {
     /// For an address that is not available.
     pub fn run(&self) -> Result<(), Error> {
         let stop = interrupt::stop()?;
-        let count = self.check()?;
-        if let Some(comm) = &self.boards.comm_elf {
-            return self.emulate(comm, count, &stop);
+        let boards = self.boards.with_folder();
+        let count = self.check(&boards)?;
+        if let Some(comm) = &boards.comm_elf {
+            return self.emulate(&boards, comm, count, &stop);
         }
         if let Some(servos) = self.servos.serve(count)? {
             #[cfg(unix)]
@@ -141,8 +147,8 @@ impl Serve {
     }
 
     /// The number of actuators, and no options that contradict each other.
-    fn check(&self) -> Result<u8, Error> {
-        if self.servos.is_serial() && (!self.boards.elf.is_empty() || self.seed.is_some()) {
+    fn check(&self, boards: &Boards) -> Result<u8, Error> {
+        if self.servos.is_serial() && (!boards.elf.is_empty() || self.seed.is_some()) {
             return Err(Error::Conflict(
                 "--elf and --seed concern actuators, and this protocol has servos".into(),
             ));
@@ -152,7 +158,7 @@ impl Serve {
                 "--multicast needs a CAN bus, and a server at --listen".into(),
             ));
         }
-        self.boards.count(self.nodes)
+        boards.count(self.nodes)
     }
 
     #[cfg(unix)]
@@ -186,9 +192,15 @@ impl Serve {
     }
 
     #[cfg(feature = "board")]
-    fn emulate(&self, comm: &Path, count: u8, stop: &Arc<AtomicBool>) -> Result<(), Error> {
+    fn emulate(
+        &self,
+        boards: &Boards,
+        comm: &Path,
+        count: u8,
+        stop: &Arc<AtomicBool>,
+    ) -> Result<(), Error> {
         use crate::emulated::{self, TcpServer};
-        let programs = self.boards.read(comm, self.servos.is_dronecan())?;
+        let programs = boards.read(comm, self.servos.is_dronecan())?;
         let seed = self.seed.unwrap_or(0);
         let plants: Vec<_> = (1..=count)
             .map(|number| BoardPlantOptions::realistic(seed.wrapping_add(number.into())))
@@ -221,7 +233,7 @@ impl Serve {
     }
 
     #[cfg(not(feature = "board"))]
-    fn emulate(&self, _: &Path, _: u8, _: &Arc<AtomicBool>) -> Result<(), Error> {
+    fn emulate(&self, _: &Boards, _: &Path, _: u8, _: &Arc<AtomicBool>) -> Result<(), Error> {
         Err(Error::Conflict(
             "this program was built without the emulator; one that has it is built by \
              `cargo emulate serve`"

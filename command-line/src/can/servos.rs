@@ -125,14 +125,14 @@ impl Serving {
     }
 }
 
-/// Sends the faults of a file until its end, and reports lines that are none. The file is opened
-/// here: that of a pipe waits for its writer.
+/// Sends the faults of a file until its end, and reports lines that are none. A pipe does not end
+/// with its writer: it is open for writing here too.
 pub(super) fn read_faults<F: Copy + FromStr<Err: Display>>(path: &Path, to: &Sender<F>) {
-    let is_standard = path == Path::new("-");
-    let file: io::Result<Box<dyn io::Read>> = if is_standard {
+    let file: io::Result<Box<dyn io::Read>> = if path == Path::new("-") {
         Ok(Box::new(io::stdin()))
     } else {
-        File::open(path).map(|file| Box::new(file) as _)
+        let opened = File::options().read(true).write(is_pipe(path)).open(path);
+        opened.map(|file| Box::new(file) as _)
     };
     let lines = match file {
         Ok(file) => BufReader::new(file).lines(),
@@ -148,9 +148,47 @@ pub(super) fn read_faults<F: Copy + FromStr<Err: Display>>(path: &Path, to: &Sen
     }
 }
 
+#[cfg(unix)]
+fn is_pipe(path: &Path) -> bool {
+    use std::os::unix::fs::FileTypeExt as _;
+    path.metadata().is_ok_and(|it| it.file_type().is_fifo())
+}
+
+#[cfg(not(unix))]
+fn is_pipe(_: &Path) -> bool {
+    false
+}
+
 fn failed(address: &str, source: io::Error) -> Error {
     Error::Serve {
         address: address.into(),
         source,
+    }
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use std::{fs, time::Duration};
+
+    use super::*;
+
+    #[test]
+    fn a_pipe_takes_the_faults_of_one_writer_after_another() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let pipe = folder.path().join("faults");
+        let mode = rustix::fs::Mode::from_raw_mode(0o600);
+        rustix::fs::mknodat(rustix::fs::CWD, &pipe, rustix::fs::FileType::Fifo, mode, 0)
+            .expect("a pipe");
+        let (sender, faults) = mpsc::channel::<u8>();
+        let path = pipe.clone();
+        thread::spawn(move || read_faults(&path, &sender));
+        thread::spawn(move || {
+            for written in ["1\n", "no number\n2\n", "3\n"] {
+                fs::write(&pipe, written).expect("a reader");
+            }
+        });
+        let limit = Duration::from_secs(10);
+        let taken = [(); 3].map(|()| faults.recv_timeout(limit).expect("a fault"));
+        assert_eq!(taken, [1, 2, 3]);
     }
 }

@@ -154,15 +154,18 @@ impl Chain {
 
     /// With a program of each actuator; the server reports that it has `what`.
     fn of_programs(programs: &[&Path], options: &[&str], what: &str) -> Self {
+        let programs = programs
+            .iter()
+            .flat_map(|program| [Path::new("--elf"), *program]);
+        let comm = [Path::new("--comm-elf"), cross_build::comm_board_elf()];
+        Self::served(programs.chain(comm), options, what)
+    }
+
+    /// With these programs.
+    fn served<'a>(programs: impl Iterator<Item = &'a Path>, options: &[&str], what: &str) -> Self {
         let mut process = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
             .args(["serve", "--listen", "127.0.0.1:0"])
-            .args(
-                programs
-                    .iter()
-                    .flat_map(|program| [Path::new("--elf"), *program]),
-            )
-            .arg("--comm-elf")
-            .arg(cross_build::comm_board_elf())
+            .args(programs)
             .args(options)
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
@@ -253,17 +256,24 @@ fn identity(cli: &Cli, chain: &Chain) -> String {
 }
 
 #[test]
-fn a_served_board_is_updated_through_its_bootloader_and_keeps_its_flash() {
+fn the_boards_of_a_release_are_updated_through_their_bootloader_and_keep_their_flash() {
     let cli = Cli::new();
-    let flash = cli.path("flash.bin");
-    let (boot, flash_name) = (cross_build::boot_elf(), flash.display().to_string());
-    let options = [
-        "--boot-elf",
-        boot.to_str().expect("UTF-8"),
-        "--flash",
-        &flash_name,
-    ];
-    let mut chain = Chain::with(cross_build::board_elf(), &options);
+    let (flash, boards) = (cli.path("flash.bin"), cli.path("boards"));
+    std::fs::create_dir(&boards).expect("a folder");
+    for (elf, name) in [
+        (cross_build::board_elf(), "actuator-board.elf"),
+        (cross_build::comm_board_elf(), "comm-board.elf"),
+        (cross_build::boot_elf(), "actuator-boot.elf"),
+    ] {
+        std::fs::copy(elf, boards.join(name)).expect("a copy");
+    }
+    let flash_name = flash.display().to_string();
+    let serve = || {
+        let programs = [Path::new("--boards"), &boards].into_iter();
+        let what = "1 emulated actuator with node-ID 1";
+        Chain::served(programs, &["--flash", &flash_name], what)
+    };
+    let mut chain = serve();
     let before = identity(&cli, &chain);
     let program = cross_build::board_elf().display();
     cli.actuator(&format!(
@@ -282,7 +292,7 @@ fn a_served_board_is_updated_through_its_bootloader_and_keeps_its_flash() {
     let killed = Command::new("kill").args(["-INT", &pid]).status();
     assert!(killed.is_ok_and(|status| status.success()));
     assert_eq!(chain.process.wait().expect("it ends").code(), Some(0));
-    let chain = Chain::with(cross_build::board_elf(), &options);
+    let chain = serve();
     assert_eq!(identity(&cli, &chain), after);
     // An image of an earlier version is refused.
     cli.actuator(&format!(

@@ -350,14 +350,18 @@ impl Client {
     /// Waits for this time.
     ///
     /// # Errors
-    /// [`ClientError::Link`]; while the actuator is supervised also [`ClientError::Interrupted`].
+    /// [`ClientError::Link`]; while the actuator is supervised also [`ClientError::Interrupted`] and
+    /// [`ClientError::SharedNode`].
     pub fn pause(&mut self, time: Duration) -> Result<(), ClientError> {
         self.link.pause(time)?;
-        let interrupt = self.interrupt.as_ref();
-        match interrupt.is_some_and(|flag| flag.load(Ordering::Relaxed)) {
-            true => Err(ClientError::Interrupted),
-            false => Ok(()),
+        let Some(interrupt) = &self.interrupt else {
+            return Ok(());
+        };
+        if interrupt.load(Ordering::Relaxed) {
+            return Err(ClientError::Interrupted);
         }
+        let shared = self.link.shared_node().map(ClientError::SharedNode);
+        shared.map_or(Ok(()), Err)
     }
 
     /// Does what moves the actuator. It monitors the heartbeat of this program meanwhile, and stops
@@ -381,8 +385,8 @@ impl Client {
         }
         self.interrupt = Some(interrupt);
         let mut result = motion(self);
-        if result.is_ok() && self.link.is_shared() {
-            result = Err(ClientError::SharedNode(own_node).into());
+        if let (Ok(_), Some(shared)) = (&result, self.link.shared_node()) {
+            result = Err(ClientError::SharedNode(shared).into());
         }
         self.interrupt = None;
         let stopped = match &result {

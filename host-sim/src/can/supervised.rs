@@ -42,7 +42,8 @@ impl SupervisedLink {
     }
 
     /// Selects a node-ID whose heartbeats are not on the bus, and starts those of this program;
-    /// returns the node-ID.
+    /// returns the node-ID. Programs that select the same one at the same time select others, by
+    /// their process numbers.
     ///
     /// # Errors
     /// The error of the operating system, and [`io::ErrorKind::AddrInUse`] if none is free.
@@ -55,10 +56,26 @@ impl SupervisedLink {
                 free.retain(|own| *own != node);
             }
         }
-        let own_node = *free.first().ok_or(io::ErrorKind::AddrInUse)?;
+        let mut place = 0;
+        while !free.is_empty() {
+            let own_node = free.remove(place);
+            if self.claim(own_node)? {
+                return Ok(own_node);
+            }
+            place = std::process::id() as usize % free.len().max(1);
+        }
+        self.own_node = None;
+        Err(io::ErrorKind::AddrInUse.into())
+    }
+
+    /// Starts the heartbeats of a node-ID; returns whether no other program does so too.
+    fn claim(&mut self, own_node: u8) -> io::Result<bool> {
         (self.own_node, self.next, self.is_shared) = (Some(own_node), Instant::now(), false);
-        self.beat()?;
-        Ok(own_node)
+        let end = Instant::now() + 2 * PERIOD;
+        while let Some(left) = end.checked_duration_since(Instant::now()) {
+            self.receive(left)?;
+        }
+        Ok(!self.is_shared)
     }
 
     /// Ends the heartbeats.
@@ -66,10 +83,10 @@ impl SupervisedLink {
         self.own_node = None;
     }
 
-    /// Whether another program uses the node-ID of this one: its heartbeats would go on if this
-    /// program ended.
-    pub fn is_shared(&self) -> bool {
-        self.is_shared
+    /// The node-ID of this program, if another program uses it too: its heartbeats would go on if
+    /// this program ended.
+    pub fn shared_node(&self) -> Option<u8> {
+        self.own_node.filter(|_| self.is_shared)
     }
 
     fn beat(&mut self) -> io::Result<()> {
@@ -141,11 +158,26 @@ mod tests {
     struct Bus {
         received: Vec<CanFrame>,
         sent: Arc<Mutex<Vec<CanFrame>>>,
+        /// The node-ID that another program selects at the same time.
+        claimed: Option<u8>,
+    }
+
+    impl Bus {
+        fn with(received: Vec<CanFrame>) -> Self {
+            Self {
+                received,
+                sent: Arc::default(),
+                claimed: None,
+            }
+        }
     }
 
     impl Link for Bus {
         fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
             self.sent.lock().unwrap().push(*frame);
+            if heartbeat_of(frame) == self.claimed {
+                self.received.push(*frame);
+            }
             Ok(())
         }
 
@@ -163,39 +195,36 @@ mod tests {
 
     #[test]
     fn the_highest_node_id_that_no_other_client_uses_is_that_of_the_heartbeats() {
-        let sent = Arc::<Mutex<Vec<CanFrame>>>::default();
-        let bus = Bus {
-            received: vec![heartbeat(1), heartbeat(126), heartbeat(127)],
-            sent: Arc::clone(&sent),
-        };
+        let bus = Bus::with(vec![heartbeat(1), heartbeat(126), heartbeat(127)]);
+        let sent = Arc::clone(&bus.sent);
         let mut link = SupervisedLink::new(Box::new(bus));
         assert_eq!(link.begin().unwrap(), 125);
-        // One at the begin, and one behind each period of a wait.
+        // Two or three to claim it, and one behind each period of a wait; a busy computer sends fewer.
         link.receive(3 * PERIOD).unwrap();
         link.pause(3 * PERIOD).unwrap();
         link.end();
         link.pause(PERIOD).unwrap();
         let sent = sent.lock().unwrap();
-        assert!((5..=7).contains(&sent.len()), "{}", sent.len());
+        assert!((5..=9).contains(&sent.len()), "{}", sent.len());
         assert!(sent.iter().all(|frame| *frame == heartbeat(125)));
     }
 
     #[test]
+    fn a_node_id_that_another_program_selects_at_the_same_time_is_left_to_it() {
+        let mut bus = Bus::with(Vec::new());
+        bus.claimed = Some(126);
+        let own_node = SupervisedLink::new(Box::new(bus)).begin().unwrap();
+        assert!((112..126).contains(&own_node), "{own_node}");
+    }
+
+    #[test]
     fn a_foreign_heartbeat_with_the_own_node_id_is_noticed() {
-        let bus = Bus {
-            received: Vec::new(),
-            sent: Arc::default(),
-        };
-        let mut link = SupervisedLink::new(Box::new(bus));
+        let mut link = SupervisedLink::new(Box::new(Bus::with(Vec::new())));
         let own_node = link.begin().unwrap();
-        for (node, is_shared) in [(own_node - 1, false), (own_node, true)] {
-            let bus = Bus {
-                received: vec![heartbeat(node)],
-                sent: Arc::default(),
-            };
-            link.link = Box::new(bus);
+        for (node, shared) in [(own_node - 1, None), (own_node, Some(own_node))] {
+            link.link = Box::new(Bus::with(vec![heartbeat(node)]));
             link.receive(Duration::ZERO).unwrap();
-            assert_eq!(link.is_shared(), is_shared);
+            assert_eq!(link.shared_node(), shared);
         }
     }
 }

@@ -4,7 +4,7 @@ use std::io;
 use std::time::{Duration, Instant};
 
 use bootloader::{Header, waiting::FlashStatus};
-use canopen::cob_id::HEARTBEAT;
+use canopen::{Abort, cob_id::HEARTBEAT};
 use embedded_can::Frame;
 
 use super::link::Link;
@@ -77,6 +77,9 @@ fn status_text(status: u32) -> &'static str {
 /// The time in which a node installs an image and starts again.
 const RESTART: Duration = Duration::from_secs(30);
 
+/// Longest time for which a request of the installation is repeated: that of a quick stop, twice.
+const COMING_TO_REST: Duration = Duration::from_secs(1);
+
 /// The time in which a program that drives writes an image.
 const STAGING: Duration = Duration::from_secs(60);
 
@@ -136,8 +139,7 @@ pub fn update(
         return Err(why(&mut sdo, node).unwrap_or(error.into()));
     }
     wait_for_staging(&mut sdo, node)?;
-    let (index, sub) = PROGRAM_CONTROL;
-    if let Err(error) = sdo.download(index, sub, &[1]) {
+    if let Err(error) = start(&mut sdo) {
         return Err(why(&mut sdo, node).unwrap_or(error.into()));
     }
     wait_for_boot_up(link, node)?;
@@ -191,6 +193,22 @@ fn wait_for_staging(sdo: &mut Sdo<'_>, node: u8) -> Result<(), UpdateError> {
         std::thread::sleep(POLL);
     }
     Err(UpdateError::NotStaged(node))
+}
+
+/// Requests the installation. It is refused while the shaft is not at rest, which may pass.
+fn start(sdo: &mut Sdo<'_>) -> Result<(), SdoError> {
+    let end = Instant::now() + COMING_TO_REST;
+    let (index, sub) = PROGRAM_CONTROL;
+    loop {
+        match sdo.download(index, sub, &[1]) {
+            Err(SdoError::Abort { code, .. })
+                if code == Abort::DeviceState.code() && Instant::now() < end =>
+            {
+                std::thread::sleep(POLL);
+            }
+            done => return done,
+        }
+    }
 }
 
 /// Waits until the program that runs is the one of this header, and confirmed. Starts in between

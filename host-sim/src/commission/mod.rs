@@ -173,6 +173,30 @@ fn uniform(largest: f64) -> f64 {
 /// # Errors
 /// [`CommissionError`].
 pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionError> {
+    steps(client, limits).map_err(with_cause)
+}
+
+/// The error code of faults 14 and 20.
+const MEASUREMENT: &str = "5210h";
+
+/// A fault of the current measurement, which may come before the step that compares the gain.
+fn with_cause(error: CommissionError) -> CommissionError {
+    match &error {
+        CommissionError::Client(ClientError::State { state, .. })
+            if state.contains(MEASUREMENT) =>
+        {
+            CommissionError::Refused {
+                step: "current",
+                why: format!(
+                    "the gain of the current measurement is wrong, or it is lost; {error}"
+                ),
+            }
+        }
+        _ => error,
+    }
+}
+
+fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionError> {
     client.quick_stop()?;
     if let Some(range_mdeg) = limits.range_mdeg {
         wiring::check_room(client, range_mdeg)?;
