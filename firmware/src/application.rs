@@ -58,7 +58,7 @@ use crate::{
     faults::{ALWAYS, Fault, FaultSet, LatchedFaults, OF_COMMANDS, PERMANENT, Reaction},
     measure::Single,
     parameters::{BoardParameters, StopSettings},
-    protection::{Conditions, Counter, Measured, Protection, Winding},
+    protection::{Conditions, Counter, Learned, Measured, Protection, Winding},
     timing::periods,
     velocity::VelocityTracker,
 };
@@ -78,6 +78,11 @@ const POSITION_LOST: FaultSet =
 
 /// After these faults the position is not what the encoder shows.
 const POSITION_WRONG: FaultSet = FaultSet::of(&[Fault::EncoderStuck, Fault::EncoderImplausible]);
+
+/// After one of these faults the rate by the encoder does not stand for a back-EMF.
+const ENCODER_WRONG: FaultSet = POSITION_LOST
+    .or(POSITION_WRONG)
+    .or(FaultSet::of(&[Fault::MotorPolarity]));
 
 /// A reset by the pin, the supply or a request brakes where one by the watchdog does.
 const AFTER_A_RESET: FaultSet = FaultSet::of(&[Fault::WatchdogReset]);
@@ -185,9 +190,23 @@ impl Application {
         self.protection.winding()
     }
 
-    /// Continues with these temperatures after a restart.
-    pub(crate) fn continue_with(&mut self, winding: Winding) {
-        self.protection.continue_with(winding);
+    /// What is known of the motor, which outlives a restart.
+    pub(crate) fn known_motor(&self) -> KnownMotor {
+        KnownMotor {
+            learned: self.protection.learned(),
+            brake: self.back_emf_brake,
+        }
+    }
+
+    /// Continues with what was known before a restart.
+    pub(crate) fn continue_with(&mut self, known: KnownMotor) {
+        self.protection.continue_with(known.learned);
+        self.back_emf_brake = known.brake;
+    }
+
+    /// The constants of the motor are others.
+    pub(crate) fn forget_constant(&mut self) {
+        self.protection.forget_constant();
     }
 
     /// Whether the heat of the winding or a weak supply reduces the current.
@@ -444,6 +463,13 @@ impl Application {
         t.velocity_mdeg_s = self.velocity.mdeg_s();
         t.latched = self.latched.all();
     }
+}
+
+/// What is known of the motor.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct KnownMotor {
+    learned: Learned,
+    brake: BackEmfBrake,
 }
 
 /// The outputs before the first control period. Not inlined: they are then written where they stay.

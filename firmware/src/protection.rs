@@ -90,6 +90,13 @@ pub struct Conditions<'a> {
     pub missed_periods: u8,
 }
 
+/// What was learned of the motor and its measurements, and holds after a restart.
+#[derive(Debug, Clone, Copy)]
+pub struct Learned {
+    winding: Winding,
+    offset: (i32, u8),
+}
+
 /// The state of all protections.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Protection {
@@ -194,9 +201,23 @@ impl Protection {
         &self.winding
     }
 
-    /// Continues with these temperatures.
-    pub fn continue_with(&mut self, winding: Winding) {
-        self.winding = winding;
+    /// What was learned of the motor and its measurements.
+    pub fn learned(&self) -> Learned {
+        Learned {
+            winding: self.winding,
+            offset: self.travel.learned_offset(),
+        }
+    }
+
+    /// Continues with what was learned.
+    pub fn continue_with(&mut self, learned: Learned) {
+        self.winding = learned.winding;
+        self.travel.continue_with(learned.offset);
+    }
+
+    /// The constants of the motor are others.
+    pub fn forget_constant(&mut self) {
+        self.travel.forget_constant();
     }
 
     /// The loop is closed: protections of the motion restart.

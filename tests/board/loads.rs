@@ -66,6 +66,7 @@ fn cases() -> Vec<Case> {
             "current sense at zero",
             Some(Fault::CurrentSense { code: 2048 }),
         ),
+        case("leg divider open", Some(Fault::LegSense { code: 0 })),
     ]
 }
 
@@ -105,11 +106,11 @@ fn run(case: &Case, nm: f64, target_mdeg: i32) -> Outcome {
 fn no_load_runs_away_from_a_drive_that_has_never_moved() {
     let mut wrong = Vec::new();
     let cases = cases();
-    // Without a current the sign of the back-EMF is not known, and the motor is shorted.
+    // Without a current, or a back-EMF, its sign is not known, and the motor is shorted.
     let is_lowered = |case: &&Case| {
         !matches!(
             case.fault,
-            None | Some(Fault::Source { .. } | Fault::CurrentSense { .. })
+            None | Some(Fault::Source { .. } | Fault::CurrentSense { .. } | Fault::LegSense { .. })
         )
     };
     for case in cases.iter().filter(is_lowered) {

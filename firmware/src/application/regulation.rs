@@ -8,7 +8,7 @@ use model_core::control::{
 };
 
 use super::{
-    AFTER_A_RESET, Application, BoardState, Bridge, Settings, TorqueSetpoint,
+    AFTER_A_RESET, Application, BoardState, Bridge, ENCODER_WRONG, Settings, TorqueSetpoint,
     back_emf_brake::{self, BackEmfBrake},
     stop_progress::StopProgress,
     stopping, torque,
@@ -173,8 +173,19 @@ impl Application {
         }
     }
 
-    /// A duty that opposes the back-EMF. Where it is not measured the duty is zero, which shorts
-    /// the motor.
+    /// The back-EMF by the rate of an encoder that is trusted; zero without one.
+    #[inline(never)]
+    fn back_emf_by_encoder_mv(&self, settings: Settings<'_>, measured: &Measured) -> i32 {
+        let is_trusted = self.latched.all().and(ENCODER_WRONG).is_empty();
+        if !is_trusted || measured.count.is_none() {
+            return 0;
+        }
+        let rate_mdeg_s = thousandths(self.control.rate());
+        settings.motor.back_emf_mv(rate_mdeg_s)
+    }
+
+    /// A duty that opposes the back-EMF. Where it is not measured it follows from the encoder, or
+    /// the duty is zero, which shorts the motor.
     fn oppose_back_emf(&mut self, settings: Settings<'_>, measured: &Measured) {
         let back_emf_mv = measured.back_emf_mv;
         if let Some((current, back_emf_mv)) = measured.current.zip(back_emf_mv) {
@@ -186,7 +197,9 @@ impl Application {
                 (self.back_emf_brake).verify(duty, rate, current, expected_ma);
             }
         }
-        let voltages = (back_emf_mv.unwrap_or(0), self.outputs.telemetry.supply_mv);
+        let back_emf_mv =
+            back_emf_mv.unwrap_or_else(|| self.back_emf_by_encoder_mv(settings, measured));
+        let voltages = (back_emf_mv, self.outputs.telemetry.supply_mv);
         self.apply(CascadeStep {
             duty: opposing(self.back_emf_brake, settings, voltages),
             ..CascadeStep::default()

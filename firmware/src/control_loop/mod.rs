@@ -172,9 +172,9 @@ impl Loop {
                 .has_stopped(&self.parameters.board.stop)
             {
                 self.parameters = *parameters;
-                let winding = *self.state.application.winding();
+                let known = self.state.application.known_motor();
                 self.state = State::new((commands, parameters, excitation), self.state.start);
-                self.state.application.continue_with(winding);
+                self.state.application.continue_with(known);
             }
             return;
         }
@@ -195,6 +195,9 @@ impl Loop {
         }
         if parameters.board != *present && application.retune(present, &parameters.board).is_err() {
             return false;
+        }
+        if !(parameters.motor).has_back_emf_of(&self.parameters.motor) {
+            application.forget_constant();
         }
         self.parameters = *parameters;
         true

@@ -350,8 +350,8 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::CurrentImplausible,
             "current implausible",
-            "for 60 ms a mean current below a third of (duty x supply - back-EMF)/resistance, which is 150 mA or more, or \
-             150 mA and 43 % of both parts beyond it: the current sense is wrong, or the motor is not connected",
+            "for 60 ms, in sum, a mean current below a third of (duty x supply - back-EMF)/resistance where that is 150 mA \
+             or more, or 150 mA and 43 % of both parts beyond it: the current sense is wrong, or the motor is not connected",
             Driven,
             0x5210,
         ),
@@ -381,7 +381,8 @@ pub const TABLE: [FaultDescription; 24] = {
             Fault::EncoderImplausible,
             "encoder implausible",
             "the encoder's travel and the motor's, by the back-EMF, differ by 2.2 deg more than a share of it (45 % ahead, \
-             25 % behind) and 1 deg/s; the time is that of a drift of 20 deg/s",
+             25 % behind; 22 % around the error of the constant once a motion to and fro has shown it) and 1 deg/s; the \
+             time is that of a drift of 20 deg/s",
             Driven,
             0x7320,
         ),

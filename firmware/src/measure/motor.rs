@@ -62,6 +62,11 @@ impl MotorConstants {
         }
     }
 
+    /// Whether both motors have the same back-EMF.
+    pub fn has_back_emf_of(&self, other: &Self) -> bool {
+        self.rate_per_mv == other.rate_per_mv
+    }
+
     /// How the motor warms.
     pub fn thermal(&self) -> Thermal {
         let [heating, winding_rate, housing_gain, housing_rate] = self.thermal.map(Single::get);

@@ -94,7 +94,9 @@ fn is_implausible(ripple: &Ripple, c: &Conditions<'_>) -> Option<bool> {
     let parts_ma = current.stall_ma.abs() + back_emf_ma.abs();
     let beyond_ma = (current.mean_ma - expected_ma).abs() - COMPARED_MA;
     let is_large = c.is_driving && beyond_ma > parts_ma * 43 / 100;
-    Some(is_small || is_large)
+    // A motor that takes little current shows nothing while it is driven.
+    let is_known = is_compared || is_large || !c.is_driving;
+    is_known.then_some(is_small || is_large)
 }
 
 fn turns_against_back_emf(limits: &EncoderLimits, c: &Conditions<'_>) -> Option<bool> {

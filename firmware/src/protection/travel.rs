@@ -16,8 +16,7 @@
 //!
 //! | cause | deg | allowed for by |
 //! |---|---|---|
-//! | constant of the back-EMF 30 % too low (`1/0.7 - 1`) | 43 % ahead | `AHEAD_PCT` |
-//! | the same 30 % too high (`1 - 1/1.3`) | 23 % behind | `BEHIND_PCT` |
+//! | the constant of the back-EMF | a share of the travel | [`constant`] |
 //! | offset of the legs: resistors of 1 % are 80 mV at 6 V | 4 deg/s | `OFFSET_MDEG_S` |
 //! | encoder: two counts, and 384 us of delay at 400 deg/s | 0.33 | `LIMIT_MDEG` |
 //! | play of the gears | 1 | `LIMIT_MDEG` |
@@ -40,6 +39,8 @@
 //!
 //! where the offset has added up to `OFFSET_MDEG_S` times the 2 s of the leak.
 
+mod constant;
+
 use model_core::time::CONTROL_RATE_HZ;
 
 use crate::{
@@ -47,18 +48,13 @@ use crate::{
     measure::MotorConstants,
     timing::periods,
 };
+use constant::ConstantError;
 
 /// Distances are in mdeg times the control rate: a rate of 1 mdeg/s adds 1 in a control period.
 const MDEG: i32 = CONTROL_RATE_HZ as i32;
 
 /// A count in mdeg times the control rate.
 const COUNT: i32 = (360_000.0 / 4096.0 * CONTROL_RATE_HZ as f64 + 0.5) as i32;
-
-/// Share of the expected travel by which the encoder may be further than the motor.
-const AHEAD_PCT: i32 = 45;
-
-/// Share of the expected travel by which it may be less far.
-const BEHIND_PCT: i32 = 25;
 
 /// Sum of the residual at which the encoder is implausible.
 const LIMIT_MDEG: i32 = 2_200;
@@ -128,6 +124,7 @@ pub(super) struct TravelGuard {
     /// Offset of the back-EMF, mV in 2^-4, and how often it was learned.
     offset: i32,
     learned: u8,
+    constant: ConstantError,
 }
 
 impl TravelGuard {
@@ -167,6 +164,7 @@ impl TravelGuard {
             // The motor's is at most 2^21 mdeg/s for 2^9 periods; that of accepted residuals less.
             self.drift += residual - (self.drift >> LEAK);
             self.motion += self.expected - (self.motion >> LEAK);
+            self.constant.learn(self.drift, self.motion);
             self.still = match travelled {
                 0 => self.still.saturating_add(1),
                 _ => 0,
@@ -182,8 +180,24 @@ impl TravelGuard {
             rate: self.rate,
             offset: self.offset,
             learned: self.learned,
+            constant: self.constant,
             ..Self::default()
         };
+    }
+
+    /// The offset of the back-EMF, and how often it was learned.
+    pub fn learned_offset(&self) -> (i32, u8) {
+        (self.offset, self.learned)
+    }
+
+    /// Continues with an offset that was learned.
+    pub fn continue_with(&mut self, (offset, learned): (i32, u8)) {
+        (self.offset, self.learned) = (offset, learned);
+    }
+
+    /// The constants of the motor are others.
+    pub fn forget_constant(&mut self) {
+        self.constant = ConstantError::default();
     }
 
     /// Learns the offset of the back-EMF while the bridge is off and the encoder rests.
@@ -228,7 +242,8 @@ impl TravelGuard {
     #[inline(never)]
     fn drifts_beyond_tolerance(&self) -> bool {
         let least = least_drift(self.offset_mdeg_s());
-        self.drift.abs() > least + tolerance(self.drift, self.motion)
+        let (above, below) = self.constant.tolerances(self.motion);
+        self.drift > least + above || -self.drift > least + below
     }
 
     /// Whether encoder and motor are further apart than the play of the gears permits.
@@ -238,8 +253,9 @@ impl TravelGuard {
 
     /// What a sound drive may contribute to a positive and to a negative residual.
     fn allowances(&self) -> (i32, i32) {
-        let of = |sign| tolerance(sign, self.expected) + self.offset_mdeg_s() * self.periods;
-        (of(1), of(-1))
+        let offset = self.offset_mdeg_s() * self.periods;
+        let (above, below) = self.constant.tolerances(self.expected);
+        (above + offset, below + offset)
     }
 
     /// The rate by which motor and encoder may differ at rest.
@@ -255,14 +271,6 @@ impl TravelGuard {
 /// The sum of the residual with this offset alone, and the limit.
 const fn least_drift(offset_mdeg_s: i32) -> i32 {
     LIMIT_MDEG * MDEG + offset_mdeg_s * (1 << LEAK)
-}
-
-/// What an error of the constant makes of this travel of the motor, in the direction of a residual.
-fn tolerance(residual: i32, travel: i32) -> i32 {
-    let is_ahead = (residual > 0) == (travel > 0);
-    let tolerance_pct = if is_ahead { AHEAD_PCT } else { BEHIND_PCT };
-    // Below 2^30.
-    travel.abs() / 100 * tolerance_pct
 }
 
 /// The next value of a sum. It ends at twice its limit, so that it falls again in time.
@@ -397,6 +405,41 @@ mod tests {
             }
         }
         assert_eq!(detected_s(1.0, 1.0), None);
+    }
+
+    #[test]
+    fn a_scale_that_changes_once_the_constant_is_learned_is_detected() {
+        // 90 deg/s at 0.5 Hz, 57 deg from end to end, with this constant; the scale after 10 s.
+        let detected_s = |constant: f64, scale: f64| {
+            let motor = MotorConstants::of(&ModelSettings::DEFAULT);
+            let mut guard = TravelGuard {
+                learned: LEARNED,
+                ..TravelGuard::default()
+            };
+            let (mut encoder_deg, mut last) = (0.0, 0);
+            let found = (1..=7500).map(|n| f64::from(n) / PERIODS_PER_S).find(|s| {
+                let rate = |s: f64| 90.0 * (core::f64::consts::PI * s).sin();
+                let back_emf_mv = (rate(*s) * constant * 20.218).round() as i32;
+                guard.advance(&motor, Some(back_emf_mv), 0);
+                let mean = (rate(*s) + rate(s - 0.004)) / 2.0;
+                encoder_deg += mean * if *s < 10.0 { 1.0 } else { scale } / PERIODS_PER_S;
+                let counts = (encoder_deg * 4096.0 / 360.0).round() as i32;
+                guard.accept(counts - last, 700);
+                last = counts;
+                !guard.check().is_empty()
+            });
+            found.map(|s| s - 10.0)
+        };
+        for constant in [0.7, 1.0, 1.3] {
+            for scale in [0.88, 1.0, 1.12] {
+                assert_eq!(detected_s(constant, scale), None, "{constant}, {scale}");
+            }
+            for scale in [0.7, 1.36] {
+                // 2.2 deg are the excess over 22 % of 27 deg, a way that takes 0.5 s.
+                let found = detected_s(constant, scale).expect("detected");
+                assert!(found < 0.6, "{constant}, {scale}: {found} s");
+            }
+        }
     }
 
     #[test]

@@ -188,8 +188,8 @@ fn plan(draw: &mut Draw, state: State) -> Plan {
             }
         }
         12 => {
-            // Less travel is found from 40 % on; more makes the shaft turn less.
-            let percent = draw.between(-60.0, -45.0);
+            // 22 % around the learned constant, and the limit of 2.2 deg in a motion of 27 deg.
+            let percent = draw.either(30.0, 60.0);
             lie("scale", at(Fault::EncoderScale { percent }))
         }
         13 => {

@@ -116,14 +116,22 @@ fn figure(kind: Kind, seeds: u64) -> Figure {
     Figure::new(title, x_label).panel(time).panel(off)
 }
 
-/// Faults of an hour of a sound drive in flight-like motion, with the worst parameters: a back-EMF
-/// that is off by 30 %, down in every other hour, and a degree of play in the gears.
+/// Faults of an hour of a sound drive in flight-like motion, with the worst parameters: constant and
+/// resistance of the motor that are each off by 30 %, in all four combinations, a degree of play in
+/// the gears, and loads of up to a third of the stall torque of that motor.
 fn alarms(hour: u32) -> u64 {
     let mut chance = Noise::new(u64::from(hour), 77);
     let mut uniform = || (chance.gaussian(1.0) / 3.0).clamp(-1.0, 1.0);
     let mut options = BoardPlantOptions::realistic(u64::from(hour));
-    options.drivetrain.electrical.torque_constant_nm_a *=
-        if hour.is_multiple_of(2) { 0.7 } else { 1.3 };
+    let end = |is_low| if is_low { 0.7 } else { 1.3 };
+    let (constant, resistance) = (
+        end(hour.is_multiple_of(2)),
+        end((hour / 2).is_multiple_of(2)),
+    );
+    let motor = &mut options.drivetrain.electrical;
+    motor.torque_constant_nm_a *= constant;
+    motor.winding_resistance_ohm *= resistance;
+    let load_nm = 0.3 * constant / resistance;
     options.drivetrain.gear_train.backlash_deg = 1.0;
     let mut drive = Drive::enabled(&options);
     let mut found = 0;
@@ -133,16 +141,15 @@ fn alarms(hour: u32) -> u64 {
         // In a step, or within up to a second, and held for up to a second.
         let ramp = (250.0 * uniform()).max(1.0);
         let hold = 250.0 * uniform().abs();
-        drive.defects().torque_nm = 0.3 * uniform();
+        drive.defects().torque_nm = load_nm * uniform();
         for at in 1..(ramp + hold) as u32 {
             let share = (f64::from(at) / ramp).min(1.0);
             let command = angle(from_deg + share * (target_deg - from_deg));
             period += 1;
             if !drive.follow(command).is_empty() {
-                println!(
-                    "hour {hour}: {:?} after {period} periods",
-                    drive.follow(command)
-                );
+                let faults = drive.follow(command);
+                let names: Vec<_> = faults.iter().map(|fault| format!("{fault:?}")).collect();
+                println!("hour {hour}: {} after {period} periods", names.join(", "));
                 found += 1;
                 drive = Drive::enabled(&options);
                 break;

@@ -81,6 +81,11 @@ pub enum Fault {
         /// The code.
         code: u16,
     },
+    /// The divider of leg A returns one code, 0 to 4095: 0 where it is open.
+    LegSense {
+        /// The code.
+        code: u16,
+    },
     /// The current sense has another gain.
     CurrentGain {
         /// More by this much, %.
@@ -200,7 +205,9 @@ impl Fault {
             Self::Supply { volts } => Some(("volts", *volts, 0.0, 60.0)),
             Self::Source { ohm } => Some(("ohm", *ohm, 0.0, 1000.0)),
             Self::Temperature { deg_c } => Some(("deg_c", *deg_c, -273.0, 1000.0)),
-            Self::CurrentSense { code } => Some(("code", f64::from(*code), 0.0, 4095.0)),
+            Self::CurrentSense { code } | Self::LegSense { code } => {
+                Some(("code", f64::from(*code), 0.0, 4095.0))
+            }
             Self::FlashCut { permille, .. } => Some(("permille", *permille as f64, 0.0, 999.0)),
             Self::FlipRam { bit, .. } | Self::FlipFlash { bit, .. } => {
                 Some(("bit", f64::from(*bit), 0.0, 31.0))

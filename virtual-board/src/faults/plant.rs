@@ -30,6 +30,7 @@ impl Fault {
             Fault::CurrentSense { code } => {
                 defects.stuck_current = begins.then_some(AdcCode::new(code));
             }
+            Fault::LegSense { code } => defects.stuck_leg = begins.then_some(AdcCode::new(code)),
             _ => return false,
         }
         true

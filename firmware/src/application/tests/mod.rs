@@ -71,7 +71,7 @@ fn scan(samples: &mut Samples) -> &mut Scan {
 }
 
 /// The legs of a motor that turns at this rate, deg/s.
-fn turn(samples: &mut Samples, rate_deg_s: f64) {
+pub(crate) fn turn(samples: &mut Samples, rate_deg_s: f64) {
     let back_emf_v = rate_deg_s * BACK_EMF_V_S_DEG;
     let scan = scan(samples);
     scan.leg_a = leg_code((5.998 + back_emf_v) / 2.0);

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::{
-    application::{BoardState, BusState},
+    application::{BoardState, Bridge, BusState, tests::turn},
     faults::Fault,
 };
 use model_core::{
@@ -58,6 +58,32 @@ fn bit_7_warns_while_the_heat_of_the_winding_reduces_the_current() {
         after > cold + 10 && after <= before + 10,
         "{before} {after}"
     );
+}
+
+#[test]
+fn a_reset_of_the_node_keeps_what_the_brake_has_learned() {
+    for has_moved in [false, true] {
+        let mut bench = Bench::new();
+        bench.set(0x2040, 1, 0, 4);
+        bench.enable();
+        for target in [50_000_i32, 0].into_iter().filter(|_| has_moved) {
+            bench.set(0x607A, 0, target as u32, 4);
+            bench.steps(150);
+        }
+        bench.send(0, &[0x81, 1]);
+        bench.steps(100);
+        bench.send(0, &[1, 1]);
+        bench.set(0x2040, 1, 0, 4);
+        bench.enable();
+        // The encoder is lost, and a load turns the shaft.
+        let turning = |samples: &mut Samples| {
+            samples.encoder = None;
+            turn(samples, 100.0);
+        };
+        let bridges: Vec<_> = (0..20).map(|_| bench.step_with(turning).bridge).collect();
+        let opposes = matches!(bridges.last(), Some(Bridge::Driven(duty)) if duty.get() < 0);
+        assert_eq!(opposes, has_moved, "{bridges:?}");
+    }
 }
 
 /// The samples of a shaft that stands at zero, with the current of a stall.

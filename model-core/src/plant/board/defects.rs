@@ -40,4 +40,6 @@ pub struct Defects {
     pub current_loss_pct: f64,
     /// The current sense gives this code.
     pub stuck_current: Option<AdcCode>,
+    /// The divider of leg A gives this code: 0 where its upper resistor is open.
+    pub stuck_leg: Option<AdcCode>,
 }

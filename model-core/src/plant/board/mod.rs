@@ -261,6 +261,9 @@ impl BoardPlant {
             .legs
             .at_sample(self.connection, self.supply.volts(), self.back_emf_v());
         self.sensed.legs = self.front_ends.legs(legs_v);
+        if let Some(code) = self.defects.stuck_leg {
+            self.sensed.legs.a = code;
+        }
         self.sensed.temperature = temperature_code(temperature_deg_c);
     }
 

@@ -197,10 +197,12 @@ fn heat_and_a_stuck_converter_show_in_the_codes() {
     let cold = plant.sensed().temperature;
     plant.defects.temperature_deg_c = Some(90.0);
     plant.defects.stuck_current = Some(AdcCode::MAX);
+    plant.defects.stuck_leg = Some(AdcCode::new(7));
     run(&mut plant, 0, 1);
     let sensed = plant.sensed();
     assert!(sensed.temperature < cold);
     assert_eq!(sensed.current, AdcCode::MAX);
+    assert_eq!(sensed.legs.a, AdcCode::new(7));
 }
 
 #[test]
