@@ -16,7 +16,7 @@
 //!
 //! | cause | deg | allowed for by |
 //! |---|---|---|
-//! | the constant of the back-EMF | a share of the travel | [`constant`] |
+//! | the constant of the back-EMF | a share of the travel | `constant.rs` |
 //! | offset of the legs: resistors of 1 % are 80 mV at 6 V | 4 deg/s | `OFFSET_MDEG_S` |
 //! | encoder: two counts, and 384 us of delay at 400 deg/s | 0.33 | `LIMIT_MDEG` |
 //! | play of the gears | 1 | `LIMIT_MDEG` |
