@@ -43,7 +43,7 @@ fn assert_same_plant(chip: ChipKind, seconds: u64) -> [Vec<Frame>; 2] {
     // converters.
     let start_ms = match chip {
         ChipKind::F427 => 20,
-        ChipKind::H743 => 50,
+        ChipKind::H743 => 25,
     };
     let options = Options {
         chip,
