@@ -90,6 +90,34 @@ fn a_buffered_set_point_waits_for_the_motor_and_for_a_second_at_most() {
 }
 
 #[test]
+fn a_set_point_long_after_the_motor_has_come_to_rest_outside_the_window_starts_at_once() {
+    let mut bench = Bench::enabled(Mode::ProfilePosition);
+    bench.follows = false;
+    bench.input.target_position = 10_000;
+    bench.command(NEW);
+    bench.command(ENABLE);
+    bench.until(|output| {
+        matches!(
+            output.demand,
+            Demand::Position {
+                position: 10_000,
+                ..
+            }
+        )
+    });
+    bench.run(300);
+    bench.input.target_position = -10_000;
+    let output = bench.command(NEW);
+    assert!(matches!(
+        output.demand,
+        Demand::Position {
+            position: ..10_000,
+            ..
+        }
+    ));
+}
+
+#[test]
 fn relative_set_points_continue_from_the_position_limit_where_the_last_one_ended() {
     let mut bench = Bench::enabled(Mode::ProfilePosition);
     for (way, end) in [(50_000, 50_000), (30_000, 60_000), (-20_000, 40_000)] {

@@ -13,7 +13,8 @@ use crate::error::Error;
 pub struct Boards {
     /// Folder `boards` of a release: all actuators run its program on emulated boards, behind its
     /// bootloader
-    #[arg(long, value_name = "FOLDER", conflicts_with_all = ["elf", "comm_elf"], group = "emulated", group = "boot")]
+    #[arg(long, value_name = "FOLDER", groups = ["emulated", "boot"])]
+    #[arg(conflicts_with_all = ["elf", "comm_elf"])]
     boards: Option<PathBuf>,
     /// Program of the emulated actuator boards; repeated, those of actuators 1, 2 and so on
     ///

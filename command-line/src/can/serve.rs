@@ -70,7 +70,8 @@ pub struct Serve {
     #[command(flatten)]
     servos: Servos,
     /// Also provides the bus with this number by UDP multicast, as the simulator of ArduPilot does
-    #[arg(long, value_name = "BUS", conflicts_with = "emulated", value_parser = clap::value_parser!(u8).range(0..=9))]
+    #[arg(long, value_name = "BUS", conflicts_with = "emulated")]
+    #[arg(value_parser = clap::value_parser!(u8).range(0..=9))]
     multicast: Option<u8>,
     /// Makes this path a link to the pseudo-terminal, until the end
     #[cfg(unix)]

@@ -125,8 +125,8 @@ impl Serving {
     }
 }
 
-/// Sends the faults of a file until its end, and reports lines that are none. A pipe does not end
-/// with its writer: it is open for writing here too.
+/// Sends the faults of a file until its end, and reports each line that is not a fault. A pipe does
+/// not end with its writer: it is open for writing here too.
 pub(super) fn read_faults<F: Copy + FromStr<Err: Display>>(path: &Path, to: &Sender<F>) {
     let file: io::Result<Box<dyn io::Read>> = if path == Path::new("-") {
         Ok(Box::new(io::stdin()))
@@ -182,13 +182,14 @@ mod tests {
         let (sender, faults) = mpsc::channel::<u8>();
         let path = pipe.clone();
         thread::spawn(move || read_faults(&path, &sender));
-        thread::spawn(move || {
-            for written in ["1\n", "no number\n2\n", "3\n"] {
-                fs::write(&pipe, written).expect("a reader");
-            }
-        });
-        let limit = Duration::from_secs(10);
-        let taken = [(); 3].map(|()| faults.recv_timeout(limit).expect("a fault"));
-        assert_eq!(taken, [1, 2, 3]);
+        for (written, fault) in [("1\n", 1), ("no number\n2\n", 2), ("3\n", 3)] {
+            let pipe = pipe.clone();
+            // It would wait for a reader.
+            thread::spawn(move || fs::write(&pipe, written));
+            let taken = faults.recv_timeout(Duration::from_secs(10));
+            assert_eq!(taken.expect("a fault"), fault);
+            // Time in which a reader would find the end of a pipe without a writer.
+            thread::sleep(Duration::from_millis(50));
+        }
     }
 }

@@ -36,6 +36,8 @@ pub use measured::Diagnostics;
 pub use stored::StoredParameters;
 pub use update::{Image, Slots, StageError, UpdateOrder};
 
+use canopen::cia402::Cia402State;
+
 use crate::{
     application::{CommandSource, Outputs, Start},
     capture::Capture,
@@ -47,7 +49,6 @@ use crate::{
     protection::Counter,
     timing::thousandths,
 };
-use canopen::cia402::Cia402State;
 use model::MotorModel;
 use service::{ServiceAccess, ServiceState};
 use store::ParameterStore;

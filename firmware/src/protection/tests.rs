@@ -55,24 +55,32 @@ fn periods_until(mut is_present: impl FnMut() -> bool) -> Option<u32> {
     (1..=200).find(|_| is_present())
 }
 
-/// Periods until a current is implausibly small where 300 mA are expected without a back-EMF.
-fn until_implausible(mean_ma: i32, back_emf_mv: i32) -> Option<u32> {
-    let current = PeriodCurrent {
-        mean_ma,
-        stall_ma: 300,
-        square_ma2: 0,
-    };
-    let measured = Measured {
-        current: Some(current),
-        back_emf_mv: Some(back_emf_mv),
-        ..UNMEASURED
-    };
+/// Periods until a current is implausible where 300 mA are expected without a back-EMF, of a motor
+/// with these mean currents and back-EMF in turn.
+fn until_implausible_in_turn(periods: &[(i32, i32)]) -> Option<u32> {
     let ripple = Ripple::of(10.0, 1e-3);
     let mut guard = PlausibilityGuard::default();
+    let mut periods = periods.iter().cycle();
     periods_until(|| {
+        let (mean_ma, back_emf_mv) = *periods.next().expect("a period");
+        let current = PeriodCurrent {
+            mean_ma,
+            stall_ma: 300,
+            square_ma2: 0,
+        };
+        let measured = Measured {
+            current: Some(current),
+            back_emf_mv: Some(back_emf_mv),
+            ..UNMEASURED
+        };
         let present = guard.check(&EncoderLimits::DEFAULT, &ripple, true, &driven(&measured));
         present.contains(Fault::CurrentImplausible)
     })
+}
+
+/// The same of one mean current and back-EMF.
+fn until_implausible(mean_ma: i32, back_emf_mv: i32) -> Option<u32> {
+    until_implausible_in_turn(&[(mean_ma, back_emf_mv)])
 }
 
 #[test]
@@ -84,6 +92,14 @@ fn less_than_a_third_of_the_expected_current_is_implausible_after_60_ms() {
     assert_eq!(until_implausible(66, 1000), Some(15));
     assert_eq!(until_implausible(67, 1000), None);
     assert_eq!(until_implausible(0, 1510), None);
+}
+
+#[test]
+fn periods_in_which_little_current_is_expected_neither_count_nor_clear() {
+    // With 2 V of back-EMF 100 mA are expected: the 15th of the others is the 43rd period.
+    let [dead, sound, little] = [(0, 0), (300, 0), (0, 2000)];
+    assert_eq!(until_implausible_in_turn(&[dead, little, little]), Some(43));
+    assert_eq!(until_implausible_in_turn(&[dead, sound, little]), None);
 }
 
 /// Periods until the motor's polarity is wrong, of a shaft with this rate and back-EMF.

@@ -375,27 +375,34 @@ mod tests {
         }
     }
 
+    /// Seconds until it is implausible that the encoder turns at a rate, deg/s, of the time, s, and
+    /// of the motor's rate. The motor moves to and fro with 90 deg/s at 0.5 Hz, 57 deg from end to
+    /// end, for 30 s, and has this constant of the back-EMF.
+    fn detected_to_and_fro_s(constant: f64, encoder: impl Fn(f64, f64) -> f64) -> Option<f64> {
+        let motor = MotorConstants::of(&ModelSettings::DEFAULT);
+        let mut guard = TravelGuard {
+            learned: LEARNED,
+            ..TravelGuard::default()
+        };
+        let (mut encoder_deg, mut last) = (0.0, 0);
+        (1..=7500).map(|n| f64::from(n) / PERIODS_PER_S).find(|s| {
+            let rate = |s: f64| 90.0 * (core::f64::consts::PI * s).sin();
+            let back_emf_mv = (rate(*s) * constant * 20.218).round() as i32;
+            guard.advance(&motor, Some(back_emf_mv), 0);
+            let mean = (rate(*s) + rate(s - 0.004)) / 2.0;
+            encoder_deg += encoder(*s, mean) / PERIODS_PER_S;
+            let counts = (encoder_deg * 4096.0 / 360.0).round() as i32;
+            guard.accept(counts - last, 700);
+            last = counts;
+            !guard.check().is_empty()
+        })
+    }
+
     #[test]
     fn a_drift_is_detected_in_a_motion_to_and_fro_and_an_error_of_the_constant_is_not() {
-        // 90 deg/s at 0.5 Hz; the encoder has a scale, and a drift in deg/s.
-        let detected_s = |scale: f64, drift: f64| {
-            let motor = MotorConstants::of(&ModelSettings::DEFAULT);
-            let mut guard = TravelGuard {
-                learned: LEARNED,
-                ..TravelGuard::default()
-            };
-            let (mut encoder_deg, mut last) = (0.0, 0);
-            (1..=5000).map(|n| f64::from(n) / PERIODS_PER_S).find(|s| {
-                let rate = |s: f64| 90.0 * (core::f64::consts::PI * s).sin();
-                guard.advance(&motor, Some((rate(*s) * 20.218).round() as i32), 0);
-                let mean = (rate(*s) + rate(s - 0.004)) / 2.0;
-                encoder_deg += (mean * scale + drift) / PERIODS_PER_S;
-                let counts = (encoder_deg * 4096.0 / 360.0).round() as i32;
-                guard.accept(counts - last, 700);
-                last = counts;
-                !guard.check().is_empty()
-            })
-        };
+        // The encoder has a scale, and a drift in deg/s.
+        let detected_s =
+            |scale: f64, drift: f64| detected_to_and_fro_s(1.0, |_, motor| motor * scale + drift);
         for scale in [0.77, 1.0, 1.43] {
             assert_eq!(detected_s(scale, 0.0), None, "{scale}");
             for drift in [-20.0, -5.0, 5.0, 20.0] {
@@ -409,26 +416,10 @@ mod tests {
 
     #[test]
     fn a_scale_that_changes_once_the_constant_is_learned_is_detected() {
-        // 90 deg/s at 0.5 Hz, 57 deg from end to end, with this constant; the scale after 10 s.
+        // The scale after 10 s.
         let detected_s = |constant: f64, scale: f64| {
-            let motor = MotorConstants::of(&ModelSettings::DEFAULT);
-            let mut guard = TravelGuard {
-                learned: LEARNED,
-                ..TravelGuard::default()
-            };
-            let (mut encoder_deg, mut last) = (0.0, 0);
-            let found = (1..=7500).map(|n| f64::from(n) / PERIODS_PER_S).find(|s| {
-                let rate = |s: f64| 90.0 * (core::f64::consts::PI * s).sin();
-                let back_emf_mv = (rate(*s) * constant * 20.218).round() as i32;
-                guard.advance(&motor, Some(back_emf_mv), 0);
-                let mean = (rate(*s) + rate(s - 0.004)) / 2.0;
-                encoder_deg += mean * if *s < 10.0 { 1.0 } else { scale } / PERIODS_PER_S;
-                let counts = (encoder_deg * 4096.0 / 360.0).round() as i32;
-                guard.accept(counts - last, 700);
-                last = counts;
-                !guard.check().is_empty()
-            });
-            found.map(|s| s - 10.0)
+            let shown = |s: f64, motor: f64| motor * if s < 10.0 { 1.0 } else { scale };
+            detected_to_and_fro_s(constant, shown).map(|s| s - 10.0)
         };
         for constant in [0.7, 1.0, 1.3] {
             for scale in [0.88, 1.0, 1.12] {

@@ -350,8 +350,8 @@ impl Client {
     /// Waits for this time.
     ///
     /// # Errors
-    /// [`ClientError::Link`]; while the actuator is supervised also [`ClientError::Interrupted`] and
-    /// [`ClientError::SharedNode`].
+    /// [`ClientError::Link`]; while the actuator is supervised also [`ClientError::Interrupted`]
+    /// and [`ClientError::SharedNode`].
     pub fn pause(&mut self, time: Duration) -> Result<(), ClientError> {
         self.link.pause(time)?;
         let Some(interrupt) = &self.interrupt else {

@@ -116,9 +116,9 @@ fn figure(kind: Kind, seeds: u64) -> Figure {
     Figure::new(title, x_label).panel(time).panel(off)
 }
 
-/// Faults of an hour of a sound drive in flight-like motion, with the worst parameters: constant and
-/// resistance of the motor that are each off by 30 %, in all four combinations, a degree of play in
-/// the gears, and loads of up to a third of the stall torque of that motor.
+/// Faults of an hour of a sound drive in flight-like motion, with the worst parameters: constant
+/// and resistance of the motor each off by 30 %, in all four combinations, a degree of play in the
+/// gears, and loads of up to a third of the stall torque of that motor.
 fn alarms(hour: u32) -> u64 {
     let mut chance = Noise::new(u64::from(hour), 77);
     let mut uniform = || (chance.gaussian(1.0) / 3.0).clamp(-1.0, 1.0);

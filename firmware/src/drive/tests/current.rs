@@ -86,6 +86,25 @@ fn a_reset_of_the_node_keeps_what_the_brake_has_learned() {
     }
 }
 
+/// A torque constant that is a third greater in 2011h than the one with which its error was learned
+/// lets the encoder go a third further than the motor.
+#[test]
+fn another_torque_constant_is_no_fault_of_the_encoder() {
+    let mut bench = Bench::new();
+    bench.set(0x2040, 1, 0, 4);
+    for constant in [0.00362, 0.0048] {
+        bench.set_real(0x2011, 2, constant);
+        bench.enable();
+        for target in [50_000_i32, -50_000, 0] {
+            bench.set(0x607A, 0, target as u32, 4);
+            bench.steps(150);
+        }
+        assert_eq!(bench.status() & 0x6F, 0x27, "{constant}");
+        bench.control(0);
+        bench.steps(50);
+    }
+}
+
 /// The samples of a shaft that stands at zero, with the current of a stall.
 fn stalled(samples: &mut Samples) {
     let word = EncoderWord::of(EncoderCount::new(0), Magnet::Steady);

@@ -5,15 +5,15 @@
 //! | constant 30 % too low (`1/0.7 - 1`) | 43 % ahead |
 //! | constant 30 % too high (`1 - 1/1.3`) | 23 % behind |
 //!
-//! The leaky sums of the residual and of the motor's travel have the ratio of the error. It is taken
-//! each time that of the travel passes [`MOTION_MDEG`] in the direction opposite to that of the last
-//! time: the offset of the back-EMF and a drift, which do not change their signs, cancel in the
-//! mean. What remains, in shares of the encoder's travel:
+//! The leaky sums of the residual and of the motor's travel have the ratio of the error. This is
+//! taken once in either direction, when the sum of the travel passes [`MOTION_MDEG`]: the offset of
+//! the back-EMF and a drift, which do not change their signs, cancel in the mean. What remains, in
+//! shares of the encoder's travel:
 //!
 //! | cause | share |
 //! |---|---|
-//! | ferrite magnets, -0.2 %/K, 60 K warmer or colder than when it was learned (`1/0.88 - 1`) | 13.6 % |
-//! | play of 1 deg, in 12 deg of the first motion and in 24 deg of the second (`(1/12 + 1/24)/2`) | 6.3 % |
+//! | ferrite magnets, -0.2 %/K, 60 K from then (`1/0.88 - 1`) | 13.6 % |
+//! | play of 1 deg in motions of 12 deg and of 24 deg (`(1/12 + 1/24)/2`) | 6.3 % |
 //! | a count of rounding in each, and the rounding to 1 % | 1.5 % |
 //!
 //! It is learned once after each reset: a scale of the encoder that changes later is a fault, not
