@@ -2,12 +2,14 @@
 //!
 //! The motor model of [`identification`] is fitted with resistance and torque constant held, and
 //! again with each of these one standard error greater: what that changes is a part of the standard
-//! errors. Free are inertia, delay, friction, a load, and the backlash, which a delay would
+//! errors. An eccentric magnet scales the measured angle around the centre of the excitation, and
+//! with it the inertia. Free are inertia, delay, friction, a load, and the backlash, which a delay would
 //! otherwise stand for.
 
 use identification::{Experiment, Fit, Hold, Options, Problem, Quiet, Recording, fit, models};
 
 use super::resistance::{COPPER_K, Cold, TEMPERATURE_K};
+use super::runs::ECCENTRICITY_DEG;
 use super::samples::Sample;
 use super::winding::Winding;
 use super::{CommissionError, Estimate, PERIOD_S, refuse, uniform};
@@ -131,12 +133,17 @@ impl Fitted {
             } = determined(&here, name)?;
             let shift = |fit: &Fit| fit.value(name).map_or(f64::NAN, |other| other - value);
             let of_resistance = shift(&with_resistance);
+            // The same magnet made the error of the constant.
+            let of_angle = match name {
+                INERTIA => value * uniform(ECCENTRICITY_DEG.to_radians()),
+                _ => 0.0,
+            };
             let share = resistance_ohm / motor.resistance_error_ohm;
             Ok::<_, CommissionError>(Fitting {
                 value,
                 of_fit: standard_error,
                 of_temperature: of_resistance * share * uniform(COPPER_K * TEMPERATURE_K),
-                of_held: of_resistance.hypot(shift(&with_constant)),
+                of_held: of_resistance.hypot(shift(&with_constant).abs() + of_angle),
             })
         };
         Ok(Self {

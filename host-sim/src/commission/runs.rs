@@ -27,7 +27,7 @@ const LONGEST: Duration = Duration::from_secs(20);
 
 /// Largest error of the encoder once a turn, of a magnet within the alignment tolerance of the
 /// AS5045, deg.
-const ECCENTRICITY_DEG: f64 = 1.4;
+pub const ECCENTRICITY_DEG: f64 = 1.4;
 
 /// A run at constant rate.
 #[derive(Debug, Clone)]

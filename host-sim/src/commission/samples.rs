@@ -7,6 +7,7 @@ use model_core::control::pwm_timer::{
     TIMER_DIVIDER,
 };
 use model_core::control::units::percent;
+use model_core::sensors::dividers::back_emf_gain;
 
 use super::winding::{Driven, Winding};
 use super::{CommissionError, refuse};
@@ -90,7 +91,7 @@ impl Board {
         let excess_ma = -f64::from(fine.mean_ma) / f64::from(FINE);
         let sampled_ma = f64::from(now[1]) + 0.5 * f64::from(now[1].signum()) + excess_ma;
         let volts = |millivolts: i32| f64::from(millivolts) * 1e-3;
-        let back_emf_v = |record: &[i32]| volts(record[2]) - self.offset_v;
+        let back_emf_v = |record: &[i32]| (volts(record[2]) - self.offset_v) / back_emf_gain();
         let (earlier_v, back_emf_v) = (back_emf_v(before), back_emf_v(now));
         // The legs are sampled after the current.
         let instant = CurrentInstant::of_on_time(before[3].unsigned_abs());

@@ -36,6 +36,26 @@ pub fn leg_code(leg_v: f64) -> AdcCode {
     AdcCode::from_pin_v(leg_v * LEG_DIVIDER)
 }
 
+/// Share of the difference from the last conversion that a conversion of a leg still shows: the
+/// sampling capacitor, 4 pF (STM32F427 data sheet, table 74), shares its charge with the 1 nF at
+/// the pin, which recovers through 6.7 kohm during the sampling phase of 84 cycles of 21 MHz.
+pub fn leg_charge_share() -> f64 {
+    const SAMPLING_S: f64 = 84.0 / 21e6;
+    4e-12 / (1e-9 + 4e-12) * libm::exp(-SAMPLING_S / LEG_SETTLING_S)
+}
+
+/// Measured by true back-EMF. The supply, leg A and leg B are converted in this order; with the
+/// share `g` of [`leg_charge_share`] and legs at `(supply +- e)/2`
+///
+/// ```text
+/// a = A + g (supply - A)    b = B + g (A - B)    a - b = e (1 - 3 g/2) + g supply/2
+/// ```
+///
+/// The last term is a constant offset.
+pub fn back_emf_gain() -> f64 {
+    1.0 - 1.5 * leg_charge_share()
+}
+
 /// The code of a temperature, deg C: `R = R25 exp(B (1/T - 1/T25))`.
 ///
 /// ```

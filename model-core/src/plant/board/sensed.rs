@@ -2,7 +2,7 @@
 
 use crate::parameter::ParameterError;
 use crate::sensors::adc::{AdcCode, FrontEnd};
-use crate::sensors::dividers::{LEG_DIVIDER, LEG_SETTLING_S, SUPPLY_DIVIDER};
+use crate::sensors::dividers::{LEG_DIVIDER, SUPPLY_DIVIDER, leg_charge_share};
 use crate::sensors::noise::Noise;
 
 use super::{BoardPlantOptions, SsiWord};
@@ -42,14 +42,6 @@ pub(super) struct FrontEnds {
     held_v: f64,
 }
 
-/// Share of the difference from the last conversion that a conversion of a leg still shows: the
-/// sampling capacitor, 4 pF (STM32F427 data sheet, table 74), shares its charge with the 1 nF at
-/// the pin, which recovers through 6.7 kohm during the sampling phase of 84 cycles of 21 MHz.
-fn charge_share() -> f64 {
-    const SAMPLING_S: f64 = 84.0 / 21e6;
-    4e-12 / (1e-9 + 4e-12) * libm::exp(-SAMPLING_S / LEG_SETTLING_S)
-}
-
 impl FrontEnds {
     pub fn try_new(
         options: &BoardPlantOptions,
@@ -86,7 +78,7 @@ impl FrontEnds {
         let [a, b] = legs_v.map(|leg_v| {
             // The converter's clamp holds the pin at ground.
             let pin_v = leg_v.max(0.0) * LEG_DIVIDER;
-            let sampled_v = pin_v + (self.held_v - pin_v) * charge_share();
+            let sampled_v = pin_v + (self.held_v - pin_v) * leg_charge_share();
             self.held_v = pin_v;
             AdcCode::from_pin_v(sampled_v + self.noise_v())
         });
