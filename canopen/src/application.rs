@@ -138,6 +138,13 @@ pub trait Application {
         false
     }
 
+    /// Whether an SDO that writes this object waits now: its reply is withheld, and the write is
+    /// checked and repeated with each [`Node::tick`](crate::Node::tick). A drive returns whether a
+    /// command that was written before has still to act, so that a parameter acts behind it.
+    fn defers(&self, entry: &Entry) -> bool {
+        false
+    }
+
     /// Reads a string that is not a constant, of at most 64 bytes, into `buffer`; returns its
     /// length.
     ///

@@ -131,7 +131,8 @@ impl<A: Application, const R: usize, const T: usize> sdo::ObjectAccess for Objec
         if !entry.is_writable() {
             return Err(Abort::ReadOnly);
         }
-        if entry.is_guarded() && self.app.guarded() {
+        // One that waits is checked when it is written.
+        if entry.is_guarded() && self.app.guarded() && !self.app.defers(entry) {
             return Err(Abort::DeviceState);
         }
         let Some(length) = length else { return Ok(()) };
@@ -169,6 +170,9 @@ impl<A: Application, const R: usize, const T: usize> sdo::ObjectAccess for Objec
     }
 
     fn write(&mut self, entry: &Entry, data: &[u8]) -> Poll<Result<(), Abort>> {
+        if self.app.defers(entry) {
+            return Poll::Pending;
+        }
         let address = entry.address();
         if entry.data_type().size().is_none() {
             return Poll::Ready(self.app.write_bytes(address, data));

@@ -143,6 +143,15 @@ impl canopen::Application for Drive<'_> {
         self.is_driving() || self.is_locked()
     }
 
+    /// A parameter acts behind the commands that were written before it.
+    fn defers(&self, entry: &Entry) -> bool {
+        let is_parameter = matches!(
+            location(entry),
+            Location::Control(_) | Location::Parameter(_) | Location::Value(_)
+        );
+        is_parameter && self.has_waiting_command()
+    }
+
     fn domain_size(&mut self, _: Address) -> Result<u32, Abort> {
         let values = self.capture.count().saturating_mul(self.capture.width());
         match u32::try_from(values) {

@@ -228,6 +228,11 @@ fn write_strategy() -> impl Strategy<Value = Write> {
     ]
 }
 
+/// 6065h, which is locked while the drive is driven or about to be.
+fn locked_strategy() -> impl Strategy<Value = Option<u32>> {
+    prop_oneof![2 => Just(None), 1 => (1_000..100_000_u32).prop_map(Some)]
+}
+
 fn set_point_strategy() -> impl Strategy<Value = Write> {
     prop_oneof![
         2 => prop::sample::select(vec![0x2F, 0x3F, 0x6F, 0x7F]).prop_map(Control),
@@ -257,6 +262,32 @@ proptest! {
             }
             master.wait(PAUSE_US);
             (master.state(), master.bench.status(), master.bench.get(0x6061, 0))
+        };
+        prop_assert_eq!(run(false), run(true));
+    }
+
+    #[test]
+    fn a_locked_parameter_is_accepted_at_any_spacing_where_it_is_slowly(
+        writes in prop::collection::vec((write_strategy(), locked_strategy(), 0..20_000_u64), 1..14),
+        is_fault: bool,
+    ) {
+        let run = |is_slow: bool| {
+            let new = if is_fault { Master::after_a_fault } else { Master::new };
+            let mut master = new(false);
+            let mut results = vec![];
+            for (write, locked, spacing_us) in &writes {
+                master.write(*write);
+                if is_slow {
+                    master.wait(PAUSE_US);
+                }
+                if let Some(window_mdeg) = locked {
+                    results.push(master.bench.try_set(0x6065, 0, *window_mdeg, 4));
+                    master.time_us = master.time_us.max(master.bench.now_us);
+                }
+                master.wait(if is_slow { PAUSE_US } else { *spacing_us });
+            }
+            master.wait(PAUSE_US);
+            (results, master.bench.get(0x6065, 0), master.state())
         };
         prop_assert_eq!(run(false), run(true));
     }

@@ -54,19 +54,25 @@ pub fn lines(sine: &Multisine, measured: &Response, predicted: &Response) -> [Li
 
 /// The margins with the motor as it was measured: its gain and its delay differ from those of the
 /// prediction as they do at the lines from half of the crossing on.
+///
+/// The error of a line, from three periods, is off by a half itself: half of the variance of each
+/// weight is the mean one, so that no line decides alone by a small scatter.
 pub fn margins(
     identified: &Identified,
     twin: &Twin,
     lines: &[Line],
     crossing_hz: f64,
 ) -> Option<Margins> {
-    let near = lines
+    let near: Vec<_> = lines
         .iter()
-        .filter(|line| line.frequency_hz >= crossing_hz / 2.0);
+        .filter(|line| line.frequency_hz >= crossing_hz / 2.0)
+        .collect();
+    let squares = near.iter().map(|line| line.motor_error.powi(2));
+    let mean_variance = squares.sum::<f64>() / near.len() as f64;
     // Gain in dB, and delay: means weighted by the errors of the lines.
     let mut sums = [(0.0, 0.0); 2];
     for line in near {
-        let weight = line.motor_error.powi(-2);
+        let weight = 1.0 / (line.motor_error.powi(2) + mean_variance);
         let rad_s = TAU * line.frequency_hz;
         sums[0].0 += weight * line.motor[0];
         sums[0].1 += weight;
