@@ -35,8 +35,8 @@ pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
         let elf = folder.join(BOARD_TARGET).join("board").join(name);
         program_image::stamp(&elf)?;
         let place = out.join("boards").join(name);
-        write_flash(&elf, &place.with_extension("bin"))?;
         copy(&elf, &place.with_extension("elf"))?;
+        write_flash(&elf, &place.with_extension("bin"))?;
         if is_in_slot(&elf)? {
             let image = write_image(&elf, key.as_deref())?;
             copy(&image, &place.with_extension("img"))?;

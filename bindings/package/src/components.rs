@@ -15,6 +15,7 @@ use serde_json::{Value, json};
 
 use crate::{
     error::{Error, at},
+    program::FEATURES,
     tools::{Tools, output},
 };
 
@@ -114,6 +115,8 @@ pub fn make(_: &Tools, out: &Path) -> Result<(), Error> {
         "--format-version",
         "1",
         "--locked",
+        "--features",
+        FEATURES,
     ]);
     let metadata = serde_json::from_slice(&output(&mut cargo)?)?;
     let path = out.join("components.cdx.json");

@@ -22,6 +22,9 @@ const FMUS: [(&str, &[&str]); 5] = [
     ("black-box-2", &["--model", "black-box-2"]),
 ];
 
+/// The features of the released program: recordings in all formats, and the emulated boards.
+pub const FEATURES: &str = "actuator/board,actuator/formats";
+
 /// The program in the release.
 pub fn place(out: &Path) -> PathBuf {
     out.join("actuator")
@@ -79,7 +82,8 @@ fn build(tools: &Tools, target: &str) -> Result<PathBuf, Error> {
         "actuator",
         "--bin",
         "actuator",
-        "--features=formats,board",
+        "--features",
+        FEATURES,
         "--ignore-rust-version",
     ];
     let variables = [("ACTUATOR_FMU_LIBRARIES", Path::new(&libraries))];
