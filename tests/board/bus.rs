@@ -26,6 +26,24 @@ fn the_first_frame_is_the_boot_up_and_a_node_that_is_not_started_sends_nothing_m
     assert!(sent[0].at_ns < 20_000_000, "{} ns", sent[0].at_ns);
 }
 
+/// Within 20 ms, as at the power-on: the shaft stops meanwhile.
+#[test]
+fn a_boot_up_follows_each_reset_at_once_in_motion_too() {
+    for (command, target_mdeg) in [(0x81, 0), (0x82, 0), (0x81, 60_000)] {
+        let finished = run_master(Options::for_ms(500), move |tick| match tick {
+            100 => vec![standard(0, &[command, 1])],
+            ..100 => driven(tick, target_mdeg),
+            _ => Vec::new(),
+        });
+        let times = times_ms(&sent(&finished), BOOT_UP);
+        assert_eq!(times.len(), 2, "{command:x}: {times:?}");
+        assert!(
+            times[0] < 20 && (400..420).contains(&times[1]),
+            "{command:x}: {times:?}"
+        );
+    }
+}
+
 #[test]
 fn telemetry_is_sent_each_tick_and_status_at_50_hz() {
     let finished = run_master(Options::for_ms(2100), |tick| driven(tick, 5_000));
