@@ -3,8 +3,8 @@
 //! The motor model of [`identification`] is fitted with resistance and torque constant held, and
 //! again with each of these one standard error greater: what that changes is a part of the standard
 //! errors. An eccentric magnet scales the measured angle around the centre of the excitation, and
-//! with it the inertia. Free are inertia, delay, friction, a load, and the backlash, which a delay would
-//! otherwise stand for.
+//! with it the inertia. Free are inertia, delay, friction, a load, and the backlash, which a delay
+//! would otherwise stand for.
 
 use identification::{Experiment, Fit, Hold, Options, Problem, Quiet, Recording, fit, models};
 
