@@ -6,7 +6,7 @@ use crate::float16;
 pub const CAPACITY: usize = 232;
 
 /// Reads fields. Beyond the end every field is zero, as the specification's implicit extension has
-/// it; [`Reader::is_complete`] tells whether that happened.
+/// it; [`Reader::is_complete`] returns whether that happened.
 #[derive(Debug, Clone, Copy)]
 pub struct Reader<'a> {
     bytes: &'a [u8],
@@ -83,7 +83,7 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// A payload to be sent. What does not fit is left out, and [`Payload::is_complete`] tells so.
+/// A payload to be sent. What does not fit is left out, and [`Payload::is_complete`] reports it.
 #[derive(Debug, Clone)]
 pub struct Payload {
     bytes: [u8; CAPACITY],

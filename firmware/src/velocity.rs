@@ -55,7 +55,7 @@ pub struct VelocityTracker {
 }
 
 impl VelocityTracker {
-    /// Forgets the angle: the next one is a start from rest.
+    /// Discards the angle: the next one is a start from rest.
     pub fn reset(&mut self) {
         *self = Self::default();
     }

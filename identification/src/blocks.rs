@@ -2,7 +2,7 @@
 //!
 //! They show what the sums over all samples hide: residuals that are larger where the parameters
 //! act, residuals that are correlated for longer than any lag of their autocorrelation, and
-//! parameters that one part of the recordings wants larger than another.
+//! parameters that are larger in one part of the recordings than in another.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -255,7 +255,7 @@ impl Core {
         Ok(number)
     }
 
-    /// Asks long work to end.
+    /// Requests the end of long work.
     pub fn cancel(&self, task: u64) {
         self.with(|state| {
             if let Some(stop) = state.tasks.get(&task) {
@@ -308,7 +308,7 @@ impl Task {
         Arc::clone(&self.stop)
     }
 
-    /// Tells the pages how far it is.
+    /// Reports the progress to the pages.
     pub fn progress(&self, what: &str, done: usize, of: usize) {
         self.pages.tell_all(&json!({
             "event": "progress", "task": self.number, "what": what, "done": done, "of": of,
@@ -316,7 +316,7 @@ impl Task {
     }
 }
 
-/// Tells the pages that a task has ended, also when it has failed.
+/// Reports to the pages that a task has ended, also when it has failed.
 struct EndOfTask(Arc<Core>, u64);
 
 impl Drop for EndOfTask {

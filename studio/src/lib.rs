@@ -176,7 +176,7 @@ impl Studio {
     }
 }
 
-/// Tells the pages of the other Studios on this computer, unless others can reach this one: its
+/// Reports the other Studios on this computer to the pages, unless others can reach this one: its
 /// pages would learn addresses with their tokens.
 fn watch_neighbours(core: &Core, own: Neighbour, ended: &AtomicBool) {
     const PERIOD: Duration = Duration::from_secs(2);

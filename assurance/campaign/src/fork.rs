@@ -22,7 +22,7 @@ pub struct Reporter(PipeWriter);
 impl Reporter {
     /// Sends what the copy has found, and ends it.
     pub fn end(mut self, found: &[u8]) -> ! {
-        // Nobody reads the report of a copy whose original has ended.
+        // The report of a copy is not read once its original has ended.
         let _ = self.0.write_all(found);
         exit()
     }

@@ -5,7 +5,7 @@ use virtual_board::can::Frame;
 /// A node whose process data stay away for longer than this is lost to its master, ms.
 const SILENCE_MS: u32 = 50;
 
-/// What the network knows of the board.
+/// What the board has reported on the network.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Reports {
     /// The last angle that the board reported, deg.
@@ -45,8 +45,8 @@ impl Reports {
         self.is_detected |= self.silent_ms > SILENCE_MS;
     }
 
-    /// Forgets what was detected before the injection: the boot-up message, and the silence before the
-    /// start of the node.
+    /// Discards what was detected before the injection: the boot-up message, and the silence before
+    /// the start of the node.
     pub fn forget(&mut self) {
         self.is_detected = false;
         self.silent_ms = 0;

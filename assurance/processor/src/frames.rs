@@ -45,7 +45,7 @@ pub struct Frames {
 }
 
 impl Frames {
-    /// Forgets all.
+    /// Discards all frames.
     pub fn clear(&mut self) {
         self.lazy.clear();
     }

@@ -25,9 +25,9 @@ pub struct Replay {
     pub target: u64,
     /// The run ended before an IT instruction whose block ends after the target.
     pub before_block: bool,
-    /// The emulator has been told to stop.
+    /// The emulator was requested to stop.
     is_stopped: bool,
-    /// The emulator executed more instructions than it was told.
+    /// The emulator executed more instructions than were requested.
     pub overran: bool,
     /// The run ended with a return from an exception.
     pub returned: bool,

@@ -53,7 +53,7 @@ pub struct Shadow {
     log: VecDeque<Event>,
     handler_ended: bool,
     accesses: u64,
-    /// The second emulator executed more instructions than it was told.
+    /// The second emulator executed more instructions than were requested.
     overran: bool,
     /// Ends the run.
     pub stop: Arc<AtomicBool>,

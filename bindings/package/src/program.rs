@@ -76,7 +76,7 @@ fn build(tools: &Tools, target: &str) -> Result<PathBuf, Error> {
     ];
     // The separator is that of this computer, on which the build script reads it.
     let libraries = env::join_paths(&libraries).unwrap_or_default();
-    // The emulator's crate asks for a newer compiler than it needs.
+    // The emulator's crate declares a newer compiler than it needs.
     let program = [
         "-p",
         "actuator",

@@ -69,7 +69,7 @@ pub fn header(image: &[u8]) -> Header {
     Header::read(image).expect("a header")
 }
 
-/// The verifier of the board, which remembers what it has computed: a test starts it a million
+/// The verifier of the board, which keeps what it has computed: a test starts it a million
 /// times with the same few headers.
 #[derive(Debug)]
 pub struct Remembering {

@@ -27,7 +27,7 @@ use crate::{
 
 pub use bootloader::background::StageError;
 
-/// What the program of the board knows of the bootloader.
+/// What the program of the board has read of the bootloader.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Slots {
     /// Identity of the image that runs.

@@ -48,7 +48,7 @@ pub struct Sample {
     pub temperature_deg_c: f64,
 }
 
-/// What the board reckons with.
+/// What the board computes with.
 pub struct Board {
     ripple: Ripple,
     /// The winding of 2011h.

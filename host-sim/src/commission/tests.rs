@@ -116,7 +116,7 @@ pub fn secret(seed: u64) -> BoardPlantOptions {
     let mut spread = || 1.0 + chance.gaussian(0.15).clamp(-0.33, 0.33);
     options.drivetrain.electrical.torque_constant_nm_a *= spread();
     options.drivetrain.electrical.winding_resistance_ohm *= spread();
-    // The magnet stands as it was glued.
+    // Eccentric in any direction.
     options.encoder.misalignment_first_phase_deg = chance.gaussian(1e3) % 360.0;
     options
 }

@@ -157,7 +157,7 @@ impl Shifting<'_> {
         Some((with_shifts(self.problem, &steps), solution))
     }
 
-    /// The best of some random instants: what instants the optimum without them wants is hidden by
+    /// The best of some random instants: the instants of the optimum without them are hidden by
     /// limits and poles that have taken up the difference.
     fn drawn(&self, steps: &mut Vec<Step>) -> Option<Solution> {
         let unknowns = &self.usual.unknowns;

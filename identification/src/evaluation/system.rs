@@ -113,8 +113,8 @@ impl System {
     }
 }
 
-/// The angles of a model with these parameters, those that the recording knows, and the defaults of
-/// the others.
+/// The angles of a model with these parameters, those that the recording states, and the defaults
+/// of the others.
 pub fn response(model: &str, truth: &[(&str, f64)], run: &Experiment) -> Option<Vec<f64>> {
     let model = models::named(model)?;
     let value = |p: &ModelParameter| {

@@ -1,6 +1,6 @@
 //! Servos of BAM (github.com/Rhoban/bam) as parameter files: its JSON of a fitted model.
 //!
-//! The file names the kind of servo, of which BAM knows supply, gain of the firmware and duty; an
+//! The file names the kind of servo, of which BAM has supply, gain of the firmware and duty; an
 //! export of this program has them in the file.
 
 use std::f64::consts::PI;

@@ -4,7 +4,7 @@
 //! (first-order noise shaping), so that the mean duty is exact and the shaft does not creep away
 //! from where a loop without quantisation would hold it.
 //!
-//! The cascade decides duties and knows no counts. The firmware takes the type of its outputs from
+//! The cascade decides duties, without counts. The firmware takes the type of its outputs from
 //! here, the simulations the duty that a compare value makes, and the model of the bridge the
 //! instants of a period: the sequences of compare values are equal to the bit.
 

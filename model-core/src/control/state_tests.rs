@@ -1,4 +1,4 @@
-//! What the state keeps and forgets between steps, and the limits at their ends.
+//! What the state keeps and what it drops between steps, and the limits at their ends.
 
 use super::{
     cascade::{CascadeState, Coefficients},

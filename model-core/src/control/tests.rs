@@ -90,7 +90,7 @@ fn the_duty_is_that_of_the_equations_in_double_precision() {
         let duty = state.regulate(&gains, angle(command)).duty.to_f64();
         let expected = referee.duty(&p, counts, command);
         // The coefficients are off by 2^-31 of them. Errors up to 1,400 deg/s pass through Kp, and
-        // the integrator forgets with its anti-windup, Ki/Kaw = Kp: 2 * 1.32 * 1,400 * 2^-31.
+        // the integrator loses by its anti-windup, Ki/Kaw = Kp: 2 * 1.32 * 1,400 * 2^-31.
         assert!(
             (duty - expected).abs() < 2e-6,
             "step {k}: {duty} is not {expected}"

@@ -59,7 +59,7 @@ impl DelayCursor {
         self.delay_ticks == 0
     }
 
-    /// Forgets the values in transit: the next one is again assumed to be the past.
+    /// Discards the values in transit: the next one is again assumed to be the past.
     pub fn restart(&mut self) {
         (self.oldest, self.started) = (0, false);
     }

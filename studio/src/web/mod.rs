@@ -292,7 +292,7 @@ impl Server {
         self.tell_losses();
     }
 
-    /// Tells pages that read again how many samples they lack.
+    /// Reports to pages that read again how many samples they lack.
     fn tell_losses(&mut self) {
         let lost = self.losses.samples.swap(0, Relaxed);
         for one in self.connections.values_mut().filter(|one| one.is_page()) {

@@ -179,7 +179,7 @@ impl<H: Host> Unicorn<H> {
         self.api.version()
     }
 
-    /// Forgets all translated code.
+    /// Discards all translated code.
     ///
     /// # Errors
     /// The library refuses it.

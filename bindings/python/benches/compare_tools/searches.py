@@ -57,7 +57,7 @@ def optima_of(model, run, evaluations):
     names = [p["name"] for p in free]
     found = np.array([p["estimate"] for p in free])
     limits = np.array([[-np.inf if end is None else end for end in p["bounds"]] for p in free])
-    # The others are told more than this program: a box, and a start within a factor of 2.
+    # The others get more than this program: a box, and a start within a factor of 2.
     reach = 8 * np.maximum(np.abs(found), 1e-3)
     low = np.where(limits[:, 0] < 0, -reach, np.maximum(limits[:, 0], found / 8))
     high = np.minimum(np.where(limits[:, 1] > 0, limits[:, 1], np.inf), reach)

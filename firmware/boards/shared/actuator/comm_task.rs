@@ -42,7 +42,7 @@ pub struct CommTask {
     waited: (usize, u32),
     /// Process data has waited since an earlier cycle.
     has_backlog: bool,
-    /// Discarded frames that the device knows of.
+    /// Discarded frames that were reported to the device.
     discarded: u32,
 }
 

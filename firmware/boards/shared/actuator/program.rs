@@ -48,7 +48,7 @@ macro_rules! handlers {
 }
 
 /// The tasks, at the interrupts of a chip. It is a macro since RTIC reads the names of the
-/// interrupts before the compiler knows them.
+/// interrupts before the compiler has read them.
 macro_rules! actuator_program {
     (
         edge: $edge:ident,

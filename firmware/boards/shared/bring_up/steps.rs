@@ -133,7 +133,7 @@ fn is_released(bench: &mut Bench) -> bool {
     })
 }
 
-/// Waits until somebody has turned the shaft.
+/// Waits until the shaft has been turned by hand.
 fn turned(bench: &mut Bench) -> i32 {
     let (least, _) = Step::ShaftByHand.range();
     let (mut way, mut greatest) = (Way::default(), 0);

@@ -247,7 +247,7 @@ impl Clients<'_> {
         self.is_accepting = false;
     }
 
-    /// Tells the first of several refusals.
+    /// Reports the first of several refusals.
     fn refuse(&mut self, notice: &Notice) {
         if !std::mem::replace(&mut self.is_refusing, true) {
             (self.notify)(notice);

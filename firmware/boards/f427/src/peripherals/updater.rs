@@ -55,7 +55,7 @@ pub struct Updater {
 }
 
 impl Updater {
-    /// A writer, and what the bootloader knows of the program that runs; `None` for a program
+    /// A writer, and the bootloader's record of the program that runs; `None` for a program
     /// without a bootloader, whose image has no header.
     pub fn new(flash: &Flash, bus: &BusSettings) -> (Self, Option<Slots>) {
         let image = header_of(flash, &STM32F427.slot);

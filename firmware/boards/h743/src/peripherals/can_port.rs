@@ -33,7 +33,7 @@ const REJECT: u8 = 0b10;
 /// The registers of FDCAN1.
 pub struct Can1 {
     registers: FDCAN1,
-    /// What the controller has seen; a read of its register forgets it.
+    /// What the controller has detected; a read of its register clears it.
     activity: Activity,
 }
 
@@ -100,7 +100,7 @@ impl Can1 {
         }
     }
 
-    /// Whether the controller is bus-off, and whether error-passive. The read forgets the last
+    /// Whether the controller is bus-off, and whether error-passive. The read clears the last
     /// error: it is kept.
     fn status(&mut self) -> (bool, bool) {
         let status = self.registers.psr().read();
@@ -185,7 +185,7 @@ impl CanPort for Can1 {
     }
 
     /// Listening is the bus monitoring mode. A pending frame is requested again:
-    /// the change of the configuration forgets the request, not the frame.
+    /// the change of the configuration clears the request, not the frame.
     fn join(&mut self, kbit_s: u16, mode: Mode) {
         let pending = self.registers.txbrp().read().bits();
         let is_looped = mode == Mode::LoopBack;
