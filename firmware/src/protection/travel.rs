@@ -12,7 +12,7 @@
 //! The allowance of each sum follows from the direction of the motor alone: a residual of single
 //! counts changes its sign at low rates, and its mean does not.
 //!
-//! What a sound drive contributes to the residual, at the shaft:
+//! What an intact drive contributes to the residual, at the shaft:
 //!
 //! | cause | deg | allowed for by |
 //! |---|---|---|
@@ -24,9 +24,9 @@
 //!
 //! A motor whose constant is 30 % too low turns at 400 deg/s. The offset is learned at rest;
 //! before, `UNKNOWN_OFFSET_MDEG_S` counts. The last three are within 2.13 deg together. A single
-//! count that is further off than `WINDOW_MDEG` is rejected, and does not move the shaft: of a
-//! sound drive only one that a load stops as it crosses the play, and it is accepted when the motor
-//! has followed. A drift of `d` above the allowance `a` is detected after `LIMIT/(d - a)`.
+//! count that is further off than `WINDOW_MDEG` is rejected, and does not move the shaft: of an
+//! intact drive only one that a load stops as it crosses the play, and it is accepted when the
+//! motor has followed. A drift of `d` above the allowance `a` is detected after `LIMIT/(d - a)`.
 //!
 //! In motion the allowance for the constant hides a drift. But the error of a constant comes and
 //! goes with the travel, and a drift does not: with the same leak, sums of both have the ratio of
@@ -251,7 +251,7 @@ impl TravelGuard {
         self.above.max(self.below) >= BEYOND_PLAY_MDEG * MDEG
     }
 
-    /// What a sound drive may contribute to a positive and to a negative residual.
+    /// What an intact drive may contribute to a positive and to a negative residual.
     fn allowances(&self) -> (i32, i32) {
         let offset = self.offset_mdeg_s() * self.periods;
         let (above, below) = self.constant.tolerances(self.expected);

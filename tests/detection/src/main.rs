@@ -1,5 +1,5 @@
 //! Draws when the board detects sensors that lie, by the size of the fault, and counts alarms of
-//! sound drives: the application of the board in a closed loop with the plant of the emulated
+//! intact drives: the application of the board in a closed loop with the plant of the emulated
 //! board, natively.
 //!
 //! A fault begins 3 s after the drive was enabled. A run ends with the first fault that is
@@ -30,7 +30,7 @@ struct Options {
     /// Drives for each point of a figure, each with its noise, friction and magnet
     #[arg(long, value_name = "N", default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
     seeds: u64,
-    /// Hours of sound drives in which alarms are counted
+    /// Hours of intact drives in which alarms are counted
     #[arg(long, value_name = "H", default_value_t = 0)]
     hours: u32,
     /// Folder of the figures
@@ -116,7 +116,7 @@ fn figure(kind: Kind, seeds: u64) -> Figure {
     Figure::new(title, x_label).panel(time).panel(off)
 }
 
-/// Faults of an hour of a sound drive in flight-like motion, with the worst parameters: constant
+/// Faults of an hour of an intact drive in flight-like motion, with the worst parameters: constant
 /// and resistance of the motor each off by 30 %, in all four combinations, a degree of play in the
 /// gears, and loads of up to a third of the stall torque of that motor.
 fn alarms(hour: u32) -> u64 {
@@ -179,7 +179,7 @@ fn main() -> std::io::Result<()> {
                 found.fetch_add(alarms(hour), Ordering::Relaxed);
             });
         let found = found.into_inner();
-        println!("{found} alarms in {} h of sound drives", options.hours);
+        println!("{found} alarms in {} h of intact drives", options.hours);
     }
     Ok(())
 }
