@@ -1,6 +1,7 @@
 //! `actuator commission`: checks, measures, writes and saves.
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 
 use clap::Args;
 use serde_json::json;
@@ -8,12 +9,13 @@ use serde_json::json;
 use super::move_to::mdeg;
 use super::{AtNode, print_json};
 use crate::error::Error;
-use crate::interrupt;
 use crate::output::print;
+use crate::{interrupt, origin};
 use host_sim::can::client::{Client, ClientError};
 use host_sim::commission::{
     self, Baseline, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Tuning,
 };
+use host_sim::file;
 
 /// Checks the wiring of an actuator, measures its motor, and saves the parameters with the range
 ///
@@ -45,6 +47,9 @@ pub struct Commission {
     /// Writes and saves nothing
     #[arg(long)]
     dry_run: bool,
+    /// Writes a self-contained page with all figures
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
     #[command(flatten)]
     at: AtNode,
 }
@@ -56,6 +61,8 @@ impl Commission {
     /// For an invalid number, the refusals of the steps; those of the bus and the actuator.
     pub fn run(&self) -> Result<(), Error> {
         let limits = self.limits()?;
+        let html = self.html.iter().map(|path| ("--html", path.as_path()));
+        file::check(&html.collect::<Vec<_>>(), [])?;
         let mut client = self.at.open()?;
         let kept = Kept::of(&mut client)?;
         let find = |client: &mut Client| {
@@ -71,6 +78,11 @@ impl Commission {
         if !self.dry_run {
             let written = commission::write(&mut client, &findings);
             written.map_err(|error| behind(error, kept.restore(&mut client)))?;
+        }
+        if let Some(path) = &self.html {
+            let origin = origin::of_this_run();
+            commission::page(&findings, &origin, !self.dry_run).write(path)?;
+            note!("report: {}", path.display());
         }
         match self.at.json() {
             true => print_json(&json!({
@@ -121,20 +133,10 @@ fn range(low: i32, high: i32) -> Result<(i32, i32), Error> {
 /// A line for each value; what is identified has its standard error.
 fn table(findings: &Findings, is_dry: bool) -> String {
     let mut text = String::new();
-    let friction = &findings.friction;
     let dynamics = &findings.dynamics;
-    let estimates = [
-        ("resistance, ohm", findings.resistance_ohm),
-        ("torque constant, Nm/A", findings.torque_constant_nm_a),
-        ("friction upward, Nm", friction.upward.coulomb_nm),
-        ("friction downward, Nm", friction.downward.coulomb_nm),
-        ("viscous upward, Nm s/rad", friction.upward.viscous_nm_s),
-        ("viscous downward, Nm s/rad", friction.downward.viscous_nm_s),
-        ("inertia, kg m^2", dynamics.inertia_kg_m2),
-        ("delay, s", dynamics.delay_s),
-    ];
-    for (name, estimate) in estimates {
+    for (name, unit, _, estimate) in findings.estimates() {
         let (value, error) = (estimate.value, estimate.standard_error);
+        let name = format!("{name}, {unit}");
         let _ = writeln!(text, "{name:<28}{value:.6} +- {error:.6}");
     }
     let values = [
@@ -172,12 +174,7 @@ fn table(findings: &Findings, is_dry: bool) -> String {
 /// Predicted margins and measured ones, and what disagrees.
 fn write_tuning(text: &mut String, tuning: &Tuning) {
     if let Some(proposal) = &tuning.proposal {
-        let margins = [
-            ("predicted", Some(proposal.predicted)),
-            ("least of all motors", Some(proposal.least)),
-            ("by the sweep", proposal.measured),
-        ];
-        for (name, margins) in margins {
+        for (name, margins) in proposal.margins() {
             let Some(margins) = margins else { continue };
             let (phase_deg, gain_db) = (margins.phase_deg, margins.gain_db);
             let name = format!("margins {name}");

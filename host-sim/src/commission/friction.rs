@@ -55,7 +55,7 @@ pub fn measure(
         let runs: Vec<&Run> = runs
             .runs
             .iter()
-            .filter(|r| r.rate_rad_s * sign > 0.0)
+            .filter(|r| r.mean.rate_rad_s * sign > 0.0)
             .collect();
         direction(&runs, sign, cold, (back_emf_per_rate, held_nm_s))
     };

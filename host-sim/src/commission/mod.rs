@@ -8,6 +8,7 @@ mod excite;
 mod friction;
 mod inertia;
 mod motor_fit;
+mod page;
 mod regression;
 mod resistance;
 mod runs;
@@ -29,6 +30,8 @@ use crate::can::client::{Client, ClientError};
 pub use baseline::{Baseline, baseline};
 pub use friction::{Direction, Friction};
 pub use inertia::{Contradiction, Dynamics, Parameter};
+pub use page::page;
+pub use runs::ConstantRate;
 pub use stops::LEAST_MDEG as LEAST_RANGE_MDEG;
 pub use tuning::{Margins, Proposal, Tuning, tune};
 pub use wiring::{Pulse, judge};
@@ -82,6 +85,10 @@ pub struct Findings {
     pub inductance_h: f64,
     /// Torque constant of the motor by the gear ratio 2011h:3, Nm/A.
     pub torque_constant_nm_a: Estimate,
+    /// Back-EMF by rate of the output, V s/rad.
+    pub back_emf_v_s: Estimate,
+    /// The runs at constant rate that give it.
+    pub constant_rates: Vec<ConstantRate>,
     /// Friction at the output.
     pub friction: Friction,
     /// Inertia and delay.
@@ -223,6 +230,8 @@ fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionErr
         resistance_ohm: cold.resistance_ohm,
         inductance_h: cold.winding.inductance_h,
         torque_constant_nm_a: constant.over(ratio),
+        back_emf_v_s: constant,
+        constant_rates: runs.runs.iter().map(|run| run.mean).collect(),
         friction,
         dynamics,
         least_supply_v: runs.least_supply_v,

@@ -235,6 +235,7 @@ fn driven(samples: &[Sample]) -> Vec<Sample> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::runs::ConstantRate;
     use super::super::winding::Driven;
     use super::*;
 
@@ -269,8 +270,10 @@ mod tests {
             temperature_deg_c: 25.0,
         };
         Run {
-            rate_rad_s: 2.0,
-            back_emf_v: 2.4 * gain,
+            mean: ConstantRate {
+                rate_rad_s: 2.0,
+                back_emf_v: 2.4 * gain,
+            },
             samples: vec![sample; 20],
         }
     }

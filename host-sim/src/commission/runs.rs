@@ -29,13 +29,20 @@ const LONGEST: Duration = Duration::from_secs(20);
 /// AS5045, deg.
 pub const ECCENTRICITY_DEG: f64 = 1.4;
 
+/// Means of a run at constant rate.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct ConstantRate {
+    /// Rate, rad/s.
+    pub rate_rad_s: f64,
+    /// Back-EMF, V.
+    pub back_emf_v: f64,
+}
+
 /// A run at constant rate.
 #[derive(Debug, Clone)]
 pub struct Run {
-    /// Mean rate, rad/s.
-    pub rate_rad_s: f64,
-    /// Mean back-EMF, V.
-    pub back_emf_v: f64,
+    /// Its means.
+    pub mean: ConstantRate,
     /// The samples of the constant rate.
     pub samples: Vec<Sample>,
 }
@@ -132,8 +139,10 @@ fn steady(samples: &[Sample], rate_mdeg_s: i32) -> Option<Run> {
     });
     let flux = std::iter::once(0.0).chain(sums);
     Some(Run {
-        rate_rad_s: slope_in_time(angles)?,
-        back_emf_v: slope_in_time(flux)?,
+        mean: ConstantRate {
+            rate_rad_s: slope_in_time(angles)?,
+            back_emf_v: slope_in_time(flux)?,
+        },
         samples: samples.to_vec(),
     })
 }
@@ -151,7 +160,7 @@ impl Runs {
     /// in all runs.
     pub fn back_emf_per_rate(&self) -> Result<Estimate, CommissionError> {
         let points = self.runs.iter();
-        let points = points.map(|run| (run.rate_rad_s, run.back_emf_v));
+        let points = points.map(|run| (run.mean.rate_rad_s, run.mean.back_emf_v));
         let Some(slope) = slope(points) else {
             return refuse(STEP, "too few rates for a line");
         };

@@ -12,12 +12,13 @@ use model_core::sensors::noise::Noise;
 use super::runs::arrive;
 use super::{
     Baseline, CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits,
-    Parameter, find, measure, tune, write,
+    Parameter, find, measure, page, tune, write,
 };
 use crate::can::client::Client;
 use crate::can::link::Link;
 use crate::can::names;
 use crate::can::native_node::{CAPTURE_VALUES, NativeNode};
+use crate::table::Cell;
 
 /// A bus of one node whose time goes on while the client waits.
 struct Bench {
@@ -352,6 +353,40 @@ fn the_baseline_is_that_of_later_moves() {
         );
         let permille = client.integer("2052:7").expect("a change");
         assert!(permille.abs() < 10, "bench {seed}: {permille}");
+    }
+}
+
+#[test]
+fn the_page_shows_each_value_with_its_error_the_loop_and_what_is_not_written() {
+    let mut client = client(&secret(0), Defects::default());
+    let mut found = measure(&mut client, &LIMITS).expect("a good bench");
+    found.tuning = Some(tune(&mut client, &found).expect("a tuning"));
+    found.dynamics.contradictions.push(Contradiction {
+        parameter: Parameter::Delay,
+        text: "a contradiction".into(),
+    });
+    let page = page(&found, "an origin", false);
+    let titles: Vec<_> = page.figures().map(|figure| figure.title.clone()).collect();
+    assert_eq!(titles, ["Back-EMF of the runs", "From command to angle"]);
+    let text = page.render();
+    for (name, unit, step, estimate) in found.estimates() {
+        let value = Cell::significant(estimate.value).to_string();
+        let error = Cell::significant(estimate.standard_error).to_string();
+        for expected in [name, unit, step, &value, &error] {
+            assert!(text.contains(expected), "{expected}");
+        }
+    }
+    for (object, _) in found.objects() {
+        assert!(text.contains(object), "{object}");
+    }
+    assert!(text.contains("an origin") && text.contains("a contradiction"));
+    assert!(text.contains("To be written") && !text.contains("Written and saved"));
+    // Four rates upward and downward, whose line goes through the means.
+    let runs = &found.constant_rates;
+    assert_eq!(runs.len(), 8);
+    for run in runs {
+        let residual_v = run.back_emf_v - run.rate_rad_s * found.back_emf_v_s.value;
+        assert!(residual_v.abs() < 0.1, "{run:?}");
     }
 }
 

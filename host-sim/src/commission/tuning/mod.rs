@@ -15,7 +15,7 @@ use model_core::plant::board::BoardPlantOptions;
 use self::design::Identified;
 use self::response::{LINES, Multisine, Response};
 use self::twin::{Record, SIGNALS, Twin};
-use self::verify::{Line, Motion};
+use self::verify::Motion;
 use super::excite::{REST, excite};
 use super::resistance::{COLD_DEG_C, COPPER_K, winding_deg_c};
 use super::runs::arrive;
@@ -27,6 +27,7 @@ use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 
 pub use design::{LEAST_GAIN_DB, LEAST_PHASE_DEG};
+pub use verify::Line;
 
 const STEP: &str = "tuning";
 
@@ -102,6 +103,17 @@ pub struct Proposal {
     pub step: Option<Motion>,
     /// The moves with feed-forward; `None` where the model is contradicted.
     pub moves: Option<Motion>,
+}
+
+impl Proposal {
+    /// The margins with their names.
+    pub fn margins(&self) -> [(&'static str, Option<Margins>); 3] {
+        [
+            ("predicted", Some(self.predicted)),
+            ("least of all motors", Some(self.least)),
+            ("by the sweep", self.measured),
+        ]
+    }
 }
 
 /// The result of the tuning.
