@@ -64,8 +64,8 @@ const ROWS: [(&str, &str, &str); 15] = [
     ),
     (
         "boards/*",
-        "owners of a board: programs to flash, signed images (.img) for updates over CAN, and the same programs as ELF, which the program also runs on emulated boards",
-        "actuator serve --boards boards",
+        "owners of a board: programs to flash, signed images (.img) for updates over CAN, and the same programs as ELF; without a board, <code>actuator serve --boards boards</code> emulates them",
+        "actuator update actuator-board.img --bus can0",
     ),
     (
         "smart-actuator.eds",

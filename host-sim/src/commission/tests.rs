@@ -381,12 +381,12 @@ fn the_page_shows_each_value_with_its_error_the_loop_and_what_is_not_written() {
     }
     assert!(text.contains("an origin") && text.contains("a contradiction"));
     assert!(text.contains("To be written") && !text.contains("Written and saved"));
-    // Four rates upward and downward, whose line goes through the means.
+    // Four rates upward and downward, whose line is within 1 % of the greatest back-EMF, 2.4 V.
     let runs = &found.constant_rates;
     assert_eq!(runs.len(), 8);
     for run in runs {
         let residual_v = run.back_emf_v - run.rate_rad_s * found.back_emf_v_s.value;
-        assert!(residual_v.abs() < 0.1, "{run:?}");
+        assert!(residual_v.abs() < 0.024, "{run:?}");
     }
 }
 
