@@ -205,6 +205,22 @@ fn with_a_centred_magnet_the_torque_constant_is_within_a_quarter_of_a_percent() 
     }
 }
 
+/// A uniform error at its end is 1.7 standard errors; the rest is that of the fit.
+#[test]
+fn with_a_magnet_at_its_tolerance_the_inertia_is_within_two_standard_errors() {
+    for phase_deg in [0.0, 180.0] {
+        let mut options = secret(0);
+        options.encoder.misalignment_first_deg = super::runs::ECCENTRICITY_DEG;
+        options.encoder.misalignment_first_phase_deg = phase_deg;
+        let found = measure(&mut client(&options, Defects::default()), &LIMITS);
+        let found = compared(&options, &found.expect("a good bench"));
+        let inertia = found.iter().find(|(name, ..)| *name == "inertia");
+        let (_, estimate, truth, _) = inertia.expect("it is compared");
+        let z = (estimate.value - truth) / estimate.standard_error;
+        assert!(z.abs() < 2.0, "{phase_deg} deg: {z}");
+    }
+}
+
 #[test]
 fn a_broken_bench_is_refused_by_its_name() {
     let frozen = Defects {
