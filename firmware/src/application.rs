@@ -214,6 +214,12 @@ impl Application {
         self.current_limit.is_reduced(limits, self.winding())
     }
 
+    /// The voltage at the resistance of the winding that makes a torque, in thousandths of the
+    /// rated one; mV.
+    pub(crate) fn torque_mv(&self, limits: &MotorLimits, permille: i16) -> i32 {
+        limits.resistive_mv(permille, self.winding())
+    }
+
     /// The operating state.
     pub fn state(&self) -> BoardState {
         self.state

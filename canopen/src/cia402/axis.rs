@@ -24,10 +24,10 @@ pub struct Input {
     pub target_position: i32,
     /// Target velocity 60FFh.
     pub target_velocity: i32,
-    /// Velocity offset 60B1h, added in cyclic synchronous velocity mode.
+    /// Velocity offset 60B1h of the cyclic synchronous modes of position and velocity.
     pub velocity_offset: i32,
-    /// Target torque 6071h and, in cyclic synchronous torque mode, torque offset 60B2h; thousandths
-    /// of the rated torque.
+    /// Target torque 6071h and, in cyclic synchronous torque mode, torque offset 60B2h; in the other
+    /// cyclic synchronous modes the offset alone. Thousandths of the rated torque.
     pub target_torque: i16,
     /// 607Ah was written since the last period, by whatever value.
     pub is_new_position: bool,
@@ -95,6 +95,17 @@ pub enum Demand {
     },
 }
 
+/// What cyclic synchronous modes add to the outputs of outer control loops (IEC 61800-7-201).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Offsets {
+    /// Added to the output of the position loop: velocity offset 60B1h of cyclic synchronous
+    /// position mode.
+    pub velocity: i32,
+    /// Added to the output of the velocity loop: torque offset 60B2h of the cyclic synchronous modes
+    /// of position and velocity; thousandths of the rated torque.
+    pub torque: i16,
+}
+
 /// Output of an axis in each control period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Output {
@@ -106,6 +117,8 @@ pub struct Output {
     pub mode_display: Mode,
     /// Demand for the control loops.
     pub demand: Demand,
+    /// Added to the outputs of the control loops.
+    pub offsets: Offsets,
     /// The position at which the encoder is at 0, by [`Axis::starting_from`] and by homing: what
     /// position demand and position actual value have beyond it.
     pub origin: i32,
@@ -169,6 +182,7 @@ struct ModeResult {
     /// Least and greatest velocity at which a torque acts; `None` in modes without one, and until
     /// a target torque is written.
     velocities: Option<(i32, i32)>,
+    offsets: Offsets,
 }
 
 /// A thousandth of the rated torque in units of [`Axis::torque`].

@@ -18,7 +18,7 @@ mod state;
 mod window;
 mod words;
 
-pub use axis::{Axis, Demand, Input, Output};
+pub use axis::{Axis, Demand, Input, Offsets, Output};
 pub use homing::{Direction, HomingMethod, HomingParameters};
 pub use modes::Mode;
 pub use options::{Deceleration, QuickStop, StopOption};

@@ -1,6 +1,6 @@
-use canopen::cia402::{Demand, Mode, Output, controlword, statusword};
+use canopen::cia402::{Demand, Mode, Offsets, Output, controlword, statusword};
 
-use crate::{Bench, ENABLE, NEW};
+use crate::{Bench, ENABLE, NEW, model::MODES};
 
 const ACKNOWLEDGE: u16 = statusword::MODE_12;
 
@@ -247,6 +247,56 @@ fn cyclic_velocity_adds_its_offset_and_is_limited() {
     let output = bench.step();
     assert_eq!(output.demand, Demand::Velocity(500_000));
     assert!(has(output.statusword, statusword::INTERNAL_LIMIT));
+}
+
+#[test]
+fn offsets_of_cyclic_modes_act_behind_the_first_target_and_within_the_limits() {
+    let mut bench = Bench::new(Mode::CyclicPosition);
+    (bench.input.velocity_offset, bench.input.target_torque) = (50_000, -2_000);
+    bench.writes(false);
+    for word in [0, 6, 7, ENABLE, ENABLE] {
+        assert_eq!(bench.command(word).offsets, Offsets::default());
+    }
+    let offsets = |velocity, torque| Offsets { velocity, torque };
+    bench.writes(true);
+    assert_eq!(bench.step().offsets, offsets(50_000, -1_000), "6072h");
+    bench.input.velocity_offset = -600_000;
+    bench.input.target_torque = 300;
+    assert_eq!(bench.step().offsets, offsets(-500_000, 300), "607Fh");
+    let halted = bench.command(ENABLE | controlword::HALT);
+    assert_eq!(halted.offsets, Offsets::default());
+    for mode in MODES {
+        bench.input.mode = mode;
+        bench.input.controlword = ENABLE;
+        bench.run(2);
+        let expected = match mode {
+            Mode::CyclicPosition => offsets(-500_000, 300),
+            Mode::CyclicVelocity => offsets(0, 300),
+            _ => Offsets::default(),
+        };
+        assert_eq!(bench.step().offsets, expected, "{mode:?}");
+    }
+}
+
+#[test]
+fn a_velocity_offset_holds_no_shaft_beyond_a_position_limit() {
+    let mut bench = Bench::enabled(Mode::CyclicPosition);
+    bench.parameters.position_limits = Some((-60_000, 60_000));
+    // The position loop's gain of 8 per second in 2^-10.
+    bench.parameters.approach_gain = 8 << 10;
+    for (target, offset, most) in [
+        (60_000, 50_000, 0),
+        (-60_000, -50_000, 0),
+        (60_000, -50_000, -50_000),
+        (59_000, 50_000, 8_000),
+        (-59_500, -50_000, -4_000),
+    ] {
+        bench.input.target_position = target;
+        bench.input.velocity_offset = 0;
+        bench.run(300);
+        bench.input.velocity_offset = offset;
+        assert_eq!(bench.step().offsets.velocity, most, "{target} {offset}");
+    }
 }
 
 #[test]

@@ -29,9 +29,11 @@ pub struct Command {
     pub target_position_mdeg: i32,
     /// Target of the velocity modes, mdeg/s.
     pub target_velocity_mdeg_s: i32,
-    /// Added to the target of the cyclic velocity mode, mdeg/s.
+    /// Added to the target of the cyclic velocity mode, and to the rate by which the position loop
+    /// follows that of the cyclic position mode; mdeg/s.
     pub velocity_offset_mdeg_s: i32,
-    /// Target of the torque modes, thousandths of the rated torque.
+    /// Target of the torque modes; in the other cyclic modes added to the torque of the rate loop.
+    /// Thousandths of the rated torque.
     pub target_torque_permille: i16,
     /// Number of writes of the target position; wraps.
     pub position_writes: u8,

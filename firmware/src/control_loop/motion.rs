@@ -2,17 +2,13 @@
 //! period.
 
 use canopen::cia402::{
-    self, Cia402State, Command, Demand, Input, Mode, Output, Parameters as AxisParameters,
+    self, Cia402State, Command, Demand, Input, Mode, Offsets, Output, Parameters as AxisParameters,
     StopOption, controlword, statusword,
 };
 
 use model_core::control::cascade::Setpoint;
 
-use super::{
-    LoopParameters, State, Written,
-    failsafe::Reaction,
-    feed_forward::{Demanded, ForwardGains},
-};
+use super::{LoopParameters, State, Written, failsafe::Reaction, feed_forward::Demanded};
 use crate::{
     application::{BoardState, CommandSource, Refused, Request, TorqueSetpoint},
     faults::{Fault, FaultSet},
@@ -127,6 +123,8 @@ impl State {
                 input.mode = Mode::CyclicPosition;
                 input.target_position = position_mdeg;
                 input.is_new_position = true;
+                // They belong to the targets of the master.
+                (input.velocity_offset, input.target_torque) = (0, 0);
             }
         }
         input
@@ -145,11 +143,10 @@ impl State {
 
     /// Requests from the application what the axis demands.
     pub(super) fn apply_demand(&mut self, parameters: &LoopParameters, output: &Output) {
-        let gains = &parameters.forward;
-        if !gains.is_off() {
+        if !parameters.forward.is_off() || output.offsets != Offsets::default() {
             match output.demand {
                 Demand::Position { velocity, .. } | Demand::Velocity(velocity) => {
-                    self.feed_forward(gains, velocity, output.mode_display);
+                    self.feed_forward(parameters, velocity, output);
                 }
                 Demand::Off | Demand::Torque { .. } => self.demanded = Demanded::default(),
             }
@@ -175,18 +172,19 @@ impl State {
         }
     }
 
-    /// Feeds a demanded velocity forward while the commands of the mailbox are followed: as a rate
-    /// that is added to that of the position loop, and as the voltage that the motor needs.
+    /// Feeds a demanded velocity and the offsets forward while the commands of the mailbox are
+    /// followed: as a rate that is added to that of the position loop, and as the voltage that the
+    /// motor needs.
     #[inline(never)]
-    fn feed_forward(&mut self, gains: &ForwardGains, mdeg_s: i32, mode: Mode) {
-        let is_cyclic = matches!(
-            mode,
-            Mode::CyclicPosition | Mode::CyclicVelocity | Mode::InterpolatedPosition
-        );
+    fn feed_forward(&mut self, parameters: &LoopParameters, mdeg_s: i32, output: &Output) {
+        let (gains, offsets) = (&parameters.forward, output.offsets);
+        let is_cyclic = output.mode_display.is_cyclic();
         let voltage_mv = (self.demanded).next(gains, mdeg_s, is_cyclic);
         if self.is_commanded() {
-            let rate_mdeg_s = gains.velocity(mdeg_s);
-            self.application.feed_forward(rate_mdeg_s, voltage_mv);
+            let rate_mdeg_s = gains.velocity(mdeg_s).saturating_add(offsets.velocity);
+            let torque_mv = (self.application).torque_mv(&parameters.limits, offsets.torque);
+            self.application
+                .feed_forward(rate_mdeg_s, voltage_mv + torque_mv);
         }
     }
 

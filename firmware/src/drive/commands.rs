@@ -122,7 +122,7 @@ impl Drive<'_> {
                 let target = targets.of_mode(command.mode);
                 target.into_iter().for_each(|it| command.set_position(it));
             }
-            DriveCommand::TorqueOffset if command.mode != Mode::CyclicTorque => {}
+            DriveCommand::TorqueOffset if !command.mode.is_cyclic() => {}
             DriveCommand::TargetTorque | DriveCommand::TorqueOffset => {
                 command.set_torque(targets.torque_of_mode(command.mode));
             }

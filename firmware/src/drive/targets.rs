@@ -48,10 +48,11 @@ impl Targets {
         }
     }
 
-    /// The target torque of a mode.
+    /// The target torque of a mode; of a cyclic mode without one, the offset.
     pub fn torque_of_mode(&self, mode: Mode) -> i16 {
         match mode {
             Mode::CyclicTorque => self.torque.saturating_add(self.torque_offset),
+            mode if mode.is_cyclic() => self.torque_offset,
             _ => self.torque,
         }
     }

@@ -1,6 +1,6 @@
 //! The demands of the modes, but for homing.
 
-use super::{Axis, Input, ModeResult, TORQUE_UNIT};
+use super::{Axis, Input, ModeResult, Offsets, TORQUE_UNIT};
 use crate::cia402::smooth::SmoothProfile;
 use crate::cia402::{Deceleration, Mode, Parameters, Ramp, controlword};
 
@@ -22,7 +22,11 @@ impl Axis {
             Mode::InterpolatedPosition if self.interpolates(input) => {
                 self.cyclic_position(input, parameters)
             }
-            Mode::CyclicPosition if self.has_target => self.cyclic_position(input, parameters),
+            Mode::CyclicPosition if self.has_target => {
+                let mut result = self.cyclic_position(input, parameters);
+                result.offsets = self.offsets(input, parameters);
+                result
+            }
             Mode::CyclicVelocity if self.has_target => self.cyclic_velocity(input, parameters),
             Mode::ProfileTorque | Mode::CyclicTorque if self.has_target => {
                 self.follow_torque(input, parameters)
@@ -73,6 +77,10 @@ impl Axis {
         self.ramp.set_velocity(target, parameters.period_us);
         ModeResult {
             limited,
+            offsets: Offsets {
+                velocity: 0,
+                torque: within_max_torque(input.target_torque, parameters),
+            },
             ..ModeResult::default()
         }
     }
@@ -81,8 +89,8 @@ impl Axis {
     /// zero. The velocity demand is the actual one: a stop starts from it. At a position limit the
     /// motor is held while the torque points outward, so that no load turns it beyond the limit.
     fn follow_torque(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
-        let most = i32::from(parameters.max_torque);
-        let target = i32::from(input.target_torque).max(-most).min(most) * TORQUE_UNIT;
+        let permitted = within_max_torque(input.target_torque, parameters);
+        let target = i32::from(permitted) * TORQUE_UNIT;
         let step = match input.mode {
             Mode::ProfileTorque => {
                 // Millionths: thousandths per second times microseconds, over 1000.
@@ -101,12 +109,12 @@ impl Axis {
         } else {
             self.torque
         };
-        let ahead = match distance_to_limit(input, parameters, direction) {
+        let ahead = match distance_to_limit(input.position_actual, parameters, direction) {
             Some(distance) => approach_velocity(distance, parameters).min(fastest),
             None => fastest,
         };
         // A motor that turns back approaches the other limit from then on.
-        let behind = match distance_to_limit(input, parameters, !direction) {
+        let behind = match distance_to_limit(input.position_actual, parameters, !direction) {
             Some(..=0) => 0,
             _ => fastest,
         };
@@ -121,7 +129,7 @@ impl Axis {
             self.ramp.stop();
         }
         ModeResult {
-            limited: is_held || target != i32::from(input.target_torque) * TORQUE_UNIT,
+            limited: is_held || permitted != input.target_torque,
             ended: self.torque == target,
             velocities: (!is_held).then_some(velocities),
             ..ModeResult::default()
@@ -132,7 +140,7 @@ impl Axis {
     /// returns whether it was changed.
     pub(super) fn approach_limits(&mut self, input: &Input, parameters: &Parameters) -> bool {
         let velocity = self.ramp.velocity();
-        let Some(distance) = distance_to_limit(input, parameters, velocity) else {
+        let Some(distance) = distance_to_limit(input.position_actual, parameters, velocity) else {
             return false;
         };
         let fastest = approach_velocity(distance, parameters);
@@ -184,6 +192,26 @@ impl Axis {
         }
     }
 
+    /// The offsets of cyclic synchronous position mode. The position loop permits a velocity offset
+    /// a constant error: it does not turn the shaft beyond a position limit.
+    fn offsets(&self, input: &Input, parameters: &Parameters) -> Offsets {
+        let (offset, _) = within_max_velocity(input.velocity_offset, parameters);
+        let velocity = match offset {
+            0 => 0,
+            _ => match distance_to_limit(self.ramp.position(), parameters, offset) {
+                Some(distance) => {
+                    let most = approach_velocity(distance, parameters);
+                    offset.max(-most).min(most)
+                }
+                None => offset,
+            },
+        };
+        Offsets {
+            velocity,
+            torque: within_max_torque(input.target_torque, parameters),
+        }
+    }
+
     fn cyclic_position(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
         let (target, limited) = parameters.within_position_limits(input.target_position);
         if target != self.command {
@@ -218,10 +246,17 @@ fn within_max_velocity(requested: i32, parameters: &Parameters) -> (i32, bool) {
     (velocity, velocity != requested)
 }
 
-/// Distance to the position limit in the direction of a velocity; `None` without one.
-fn distance_to_limit(input: &Input, parameters: &Parameters, velocity: i32) -> Option<i64> {
+/// Limits a torque to 6072h.
+fn within_max_torque(requested: i16, parameters: &Parameters) -> i16 {
+    let most = i16::try_from(parameters.max_torque).unwrap_or(i16::MAX);
+    requested.max(-most).min(most)
+}
+
+/// Distance from a position to the position limit in the direction of a velocity; `None` without
+/// one.
+fn distance_to_limit(position: i32, parameters: &Parameters, velocity: i32) -> Option<i64> {
     let (low, high) = parameters.position_limits?;
-    let place = i64::from(input.position_actual);
+    let place = i64::from(position);
     Some(if velocity < 0 {
         place - i64::from(low)
     } else {

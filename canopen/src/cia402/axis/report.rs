@@ -54,6 +54,7 @@ impl Axis {
             statusword: word,
             mode_display: input.mode,
             demand,
+            offsets: result.offsets,
             origin: self.origin,
             following_error: error,
             following_error_exceeded: exceeded,

@@ -49,6 +49,26 @@ fn the_angle_is_held_or_the_failsafe_position_approached() {
 }
 
 #[test]
+fn the_failsafe_position_has_no_offset_of_the_silent_master() {
+    let mut bench = Bench::new();
+    bench.set(0x2040, 2, 2, 1);
+    bench.set(0x2040, 3, -20_000_i32 as u32, 4);
+    bench.set(0x60B1, 0, 40_000, 4);
+    bench.set(0x60B2, 0, 200, 2);
+    bench.enable();
+    bench.cyclic = Some((15, 10_000));
+    bench.steps(250);
+    let ahead = bench.angle_mdeg() - 10_000;
+    assert!(
+        (ahead - 5_000).abs() <= 176,
+        "40 deg/s over the gain of 8: {ahead}"
+    );
+    bench.cyclic = None;
+    bench.steps(25 + 250);
+    assert!((bench.angle_mdeg() + 20_000).abs() <= 176);
+}
+
+#[test]
 fn a_profile_needs_only_its_first_command() {
     let mut bench = Bench::enabled(1);
     bench.set(0x607A, 0, 5_000, 4);

@@ -36,6 +36,67 @@ fn the_lag_of_the_position_loop_vanishes_with_the_velocity_feed_forward() {
 }
 
 #[test]
+fn the_lag_vanishes_with_60b1h_of_the_same_velocity_until_a_halt_ends_it() {
+    let mut bench = Bench::new();
+    bench.set(0x6060, 0, 8, 1);
+    bench.set(0x60C2, 1, 4, 1);
+    bench.set(0x60B1, 0, 50_000, 4);
+    bench.enable();
+    for period in 0..200 {
+        let [a, b, c, d] = i32::to_le_bytes(period * 200);
+        bench.send(0x401, &[0x0F, 0, a, b, c, d]);
+        bench.step();
+    }
+    let error = bench.step().motion.following_error_mdeg;
+    assert!(error.abs() <= 200 + 2 * COUNT_MDEG, "{error}");
+    bench.control(0x10F);
+    bench.steps(250);
+    assert!(
+        bench
+            .actuator
+            .device
+            .drive
+            .outputs()
+            .motion
+            .following_error_mdeg
+            .abs()
+            <= COUNT_MDEG,
+        "at rest"
+    );
+}
+
+#[test]
+fn the_torque_60b2h_is_added_at_once_in_the_cyclic_modes_of_position_and_velocity() {
+    for (mode, expected) in [(1, 0.0), (3, 0.0), (8, 1.0), (9, 1.0)] {
+        let mut bench = Bench::new();
+        bench.set(0x2040, 1, 0, 4);
+        bench.set(0x6060, 0, mode, 1);
+        bench.enable();
+        let target = if mode == 8 { 0x607A } else { 0x60FF };
+        bench.set(target, 0, 0, 4);
+        bench.steps(20);
+        let supply_mv = f64::from(bench.actuator.device.drive.outputs().telemetry.supply_mv);
+        let ohm = f32::from_bits(bench.get(0x2011, 1));
+        let rated_ma = f64::from(bench.get(0x6075, 0));
+        let before = bench
+            .actuator
+            .device
+            .drive
+            .outputs()
+            .telemetry
+            .duty
+            .to_f64();
+        bench.set(0x60B2, 0, 100, 2);
+        let change = bench.step().telemetry.duty.to_f64() - before;
+        let of_torque = 100.0 * 0.1 * rated_ma * f64::from(ohm) / supply_mv;
+        assert!(
+            (change - expected * of_torque).abs() < 0.01,
+            "{mode}: {change}, {of_torque}"
+        );
+    }
+}
+
+#[test]
 fn feed_forward_does_not_change_while_the_shaft_is_driven() {
     let mut bench = Bench::enabled(8);
     for sub in 1..=3 {
