@@ -24,10 +24,11 @@ pub struct Input {
     pub target_position: i32,
     /// Target velocity 60FFh.
     pub target_velocity: i32,
-    /// Velocity offset 60B1h of the cyclic synchronous modes of position and velocity.
+    /// Velocity offset 60B1h, added in cyclic synchronous velocity mode; [`Axis::offsets`] has that
+    /// of cyclic synchronous position mode.
     pub velocity_offset: i32,
-    /// Target torque 6071h and, in cyclic synchronous torque mode, torque offset 60B2h; in the other
-    /// cyclic synchronous modes the offset alone. Thousandths of the rated torque.
+    /// Target torque 6071h and, in cyclic synchronous torque mode, torque offset 60B2h; thousandths
+    /// of the rated torque.
     pub target_torque: i16,
     /// 607Ah was written since the last period, by whatever value.
     pub is_new_position: bool,
@@ -117,8 +118,6 @@ pub struct Output {
     pub mode_display: Mode,
     /// Demand for the control loops.
     pub demand: Demand,
-    /// Added to the outputs of the control loops.
-    pub offsets: Offsets,
     /// The position at which the encoder is at 0, by [`Axis::starting_from`] and by homing: what
     /// position demand and position actual value have beyond it.
     pub origin: i32,
@@ -182,7 +181,6 @@ struct ModeResult {
     /// Least and greatest velocity at which a torque acts; `None` in modes without one, and until
     /// a target torque is written.
     velocities: Option<(i32, i32)>,
-    offsets: Offsets,
 }
 
 /// A thousandth of the rated torque in units of [`Axis::torque`].

@@ -249,32 +249,41 @@ fn cyclic_velocity_adds_its_offset_and_is_limited() {
     assert!(has(output.statusword, statusword::INTERNAL_LIMIT));
 }
 
+/// What acts of these offsets behind a control period with this controlword.
+fn offsets(bench: &mut Bench, word: u16, velocity: i32, torque: i16) -> (i32, i16) {
+    bench.command(word);
+    let wanted = Offsets { velocity, torque };
+    let acts = bench.axis.offsets(wanted, &bench.parameters);
+    (acts.velocity, acts.torque)
+}
+
 #[test]
 fn offsets_of_cyclic_modes_act_behind_the_first_target_and_within_the_limits() {
     let mut bench = Bench::new(Mode::CyclicPosition);
-    (bench.input.velocity_offset, bench.input.target_torque) = (50_000, -2_000);
     bench.writes(false);
     for word in [0, 6, 7, ENABLE, ENABLE] {
-        assert_eq!(bench.command(word).offsets, Offsets::default());
+        assert_eq!(offsets(&mut bench, word, 50_000, 300), (0, 0));
     }
-    let offsets = |velocity, torque| Offsets { velocity, torque };
     bench.writes(true);
-    assert_eq!(bench.step().offsets, offsets(50_000, -1_000), "6072h");
-    bench.input.velocity_offset = -600_000;
-    bench.input.target_torque = 300;
-    assert_eq!(bench.step().offsets, offsets(-500_000, 300), "607Fh");
-    let halted = bench.command(ENABLE | controlword::HALT);
-    assert_eq!(halted.offsets, Offsets::default());
+    for (wanted, expected) in [
+        ((50_000, 300), (50_000, 300)),
+        ((-600_000, -2_000), (-500_000, -1_000)),
+    ] {
+        let found = offsets(&mut bench, ENABLE, wanted.0, wanted.1);
+        assert_eq!(found, expected, "607Fh and 6072h");
+    }
+    let halt = ENABLE | controlword::HALT;
+    assert_eq!(offsets(&mut bench, halt, 50_000, 300), (0, 0));
     for mode in MODES {
         bench.input.mode = mode;
-        bench.input.controlword = ENABLE;
         bench.run(2);
         let expected = match mode {
-            Mode::CyclicPosition => offsets(-500_000, 300),
-            Mode::CyclicVelocity => offsets(0, 300),
-            _ => Offsets::default(),
+            Mode::CyclicPosition => (50_000, 300),
+            Mode::CyclicVelocity => (0, 300),
+            _ => (0, 0),
         };
-        assert_eq!(bench.step().offsets, expected, "{mode:?}");
+        let found = offsets(&mut bench, ENABLE, 50_000, 300);
+        assert_eq!(found, expected, "{mode:?}");
     }
 }
 
@@ -292,10 +301,9 @@ fn a_velocity_offset_holds_no_shaft_beyond_a_position_limit() {
         (-59_500, -50_000, -4_000),
     ] {
         bench.input.target_position = target;
-        bench.input.velocity_offset = 0;
         bench.run(300);
-        bench.input.velocity_offset = offset;
-        assert_eq!(bench.step().offsets.velocity, most, "{target} {offset}");
+        let (velocity, _) = offsets(&mut bench, ENABLE, offset, 0);
+        assert_eq!(velocity, most, "{target} {offset}");
     }
 }
 

@@ -49,6 +49,11 @@ impl Failsafe {
         self.lost = lost;
     }
 
+    /// Whether the shaft moves to the failsafe position, or is there.
+    pub fn retreats(&self) -> bool {
+        self.retreat_mdeg.is_some()
+    }
+
     /// Clears the state at a fault reset. The sender of the reset is a present master; an earlier
     /// loss of the heartbeat or of the NMT state Operational no longer applies.
     pub fn begin_anew(&mut self) {

@@ -123,8 +123,6 @@ impl State {
                 input.mode = Mode::CyclicPosition;
                 input.target_position = position_mdeg;
                 input.is_new_position = true;
-                // They belong to the targets of the master.
-                (input.velocity_offset, input.target_torque) = (0, 0);
             }
         }
         input
@@ -143,10 +141,12 @@ impl State {
 
     /// Requests from the application what the axis demands.
     pub(super) fn apply_demand(&mut self, parameters: &LoopParameters, output: &Output) {
-        if !parameters.forward.is_off() || output.offsets != Offsets::default() {
+        let offsets = self.offsets(parameters);
+        if !parameters.forward.is_off() || offsets != Offsets::default() {
             match output.demand {
                 Demand::Position { velocity, .. } | Demand::Velocity(velocity) => {
-                    self.feed_forward(parameters, velocity, output);
+                    let is_cyclic = output.mode_display.is_cyclic();
+                    self.feed_forward(parameters, (velocity, is_cyclic), offsets);
                 }
                 Demand::Off | Demand::Torque { .. } => self.demanded = Demanded::default(),
             }
@@ -172,13 +172,30 @@ impl State {
         }
     }
 
+    /// What acts of the commanded offsets. They belong to the targets of the master: on the way to
+    /// the failsafe position nothing does.
+    fn offsets(&self, parameters: &LoopParameters) -> Offsets {
+        let wanted = Offsets {
+            velocity: self.command.velocity_offset_mdeg_s,
+            torque: self.command.target_torque_permille,
+        };
+        if wanted == Offsets::default() || self.failsafe.retreats() {
+            return Offsets::default();
+        }
+        self.axis.offsets(wanted, &parameters.axis)
+    }
+
     /// Feeds a demanded velocity and the offsets forward while the commands of the mailbox are
     /// followed: as a rate that is added to that of the position loop, and as the voltage that the
     /// motor needs.
     #[inline(never)]
-    fn feed_forward(&mut self, parameters: &LoopParameters, mdeg_s: i32, output: &Output) {
-        let (gains, offsets) = (&parameters.forward, output.offsets);
-        let is_cyclic = output.mode_display.is_cyclic();
+    fn feed_forward(
+        &mut self,
+        parameters: &LoopParameters,
+        (mdeg_s, is_cyclic): (i32, bool),
+        offsets: Offsets,
+    ) {
+        let gains = &parameters.forward;
         let voltage_mv = (self.demanded).next(gains, mdeg_s, is_cyclic);
         if self.is_commanded() {
             let rate_mdeg_s = gains.velocity(mdeg_s).saturating_add(offsets.velocity);

@@ -2,7 +2,7 @@
 
 use super::{Axis, Input, ModeResult, Offsets, TORQUE_UNIT};
 use crate::cia402::smooth::SmoothProfile;
-use crate::cia402::{Deceleration, Mode, Parameters, Ramp, controlword};
+use crate::cia402::{Cia402State, Deceleration, Mode, Parameters, Ramp, controlword};
 
 impl Axis {
     pub(super) fn run(&mut self, input: &mut Input, parameters: &Parameters) -> ModeResult {
@@ -22,11 +22,7 @@ impl Axis {
             Mode::InterpolatedPosition if self.interpolates(input) => {
                 self.cyclic_position(input, parameters)
             }
-            Mode::CyclicPosition if self.has_target => {
-                let mut result = self.cyclic_position(input, parameters);
-                result.offsets = self.offsets(input, parameters);
-                result
-            }
+            Mode::CyclicPosition if self.has_target => self.cyclic_position(input, parameters),
             Mode::CyclicVelocity if self.has_target => self.cyclic_velocity(input, parameters),
             Mode::ProfileTorque | Mode::CyclicTorque if self.has_target => {
                 self.follow_torque(input, parameters)
@@ -77,10 +73,6 @@ impl Axis {
         self.ramp.set_velocity(target, parameters.period_us);
         ModeResult {
             limited,
-            offsets: Offsets {
-                velocity: 0,
-                torque: within_max_torque(input.target_torque, parameters),
-            },
             ..ModeResult::default()
         }
     }
@@ -192,23 +184,28 @@ impl Axis {
         }
     }
 
-    /// The offsets of cyclic synchronous position mode. The position loop permits a velocity offset
-    /// a constant error: it does not turn the shaft beyond a position limit.
-    fn offsets(&self, input: &Input, parameters: &Parameters) -> Offsets {
-        let (offset, _) = within_max_velocity(input.velocity_offset, parameters);
-        let velocity = match offset {
-            0 => 0,
-            _ => match distance_to_limit(self.ramp.position(), parameters, offset) {
-                Some(distance) => {
-                    let most = approach_velocity(distance, parameters);
-                    offset.max(-most).min(most)
-                }
-                None => offset,
+    /// What acts of the offsets 60B1h and 60B2h in the control period of the last [`Axis::step`]. A
+    /// constant velocity offset makes a constant position error: it does not turn the shaft beyond
+    /// a position limit.
+    #[must_use]
+    pub fn offsets(&self, wanted: Offsets, parameters: &Parameters) -> Offsets {
+        let follows = self.state() == Cia402State::OperationEnabled && !self.is_stopping;
+        let torque = within_max_torque(wanted.torque, parameters);
+        match self.mode.filter(|_| follows && self.has_target) {
+            Some(Mode::CyclicVelocity) => Offsets {
+                velocity: 0,
+                torque,
             },
-        };
-        Offsets {
-            velocity,
-            torque: within_max_torque(input.target_torque, parameters),
+            Some(Mode::CyclicPosition) => {
+                let (offset, _) = within_max_velocity(wanted.velocity, parameters);
+                let distance = distance_to_limit(self.ramp.position(), parameters, offset);
+                let most = distance.map(|distance| approach_velocity(distance, parameters));
+                Offsets {
+                    velocity: most.map_or(offset, |most| offset.max(-most).min(most)),
+                    torque,
+                }
+            }
+            _ => Offsets::default(),
         }
     }
 

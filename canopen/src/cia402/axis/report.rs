@@ -54,7 +54,6 @@ impl Axis {
             statusword: word,
             mode_display: input.mode,
             demand,
-            offsets: result.offsets,
             origin: self.origin,
             following_error: error,
             following_error_exceeded: exceeded,
