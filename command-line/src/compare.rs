@@ -5,7 +5,7 @@ use clap::Args;
 use crate::error::Error;
 
 use super::{
-    identify::{DataOptions, Found, Outputs, loss_names, model_names},
+    identify::{DataOptions, Found, Outputs, converged, loss_names, model_names},
     output,
 };
 use identification::{
@@ -95,6 +95,7 @@ impl Compare {
             nonparametric: &nonparametric,
             loaded: &loaded,
         };
-        self.outputs.write(&found)
+        self.outputs.write(&found)?;
+        converged(&comparison.assessments)
     }
 }

@@ -107,12 +107,20 @@ impl Identify {
                 note!("warning: {}: {warning}", assessment.name);
             }
         }
-        let open = assessments.iter().filter(|a| !a.fit.has_converged());
-        let open: Vec<String> = open.map(|a| a.name.clone()).collect();
-        match open.is_empty() {
-            true => Ok(()),
-            false => Err(Error::NotConverged(open)),
-        }
+        converged(&assessments)
+    }
+}
+
+/// Whether all fits have converged.
+///
+/// # Errors
+/// With the names of those that have not.
+pub fn converged(assessments: &[Assessment]) -> Result<(), Error> {
+    let open = assessments.iter().filter(|a| !a.fit.has_converged());
+    let open: Vec<String> = open.map(|a| a.name.clone()).collect();
+    match open.is_empty() {
+        true => Ok(()),
+        false => Err(Error::NotConverged(open)),
     }
 }
 

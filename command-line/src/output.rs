@@ -51,9 +51,23 @@ pub fn print(text: &str) -> Result<(), Error> {
 /// Results as JSON, in all commands that compute.
 #[derive(Debug, Args)]
 pub struct Json {
-    /// Writes all results as JSON, without a file to standard output, where nothing else is printed
+    /// Writes all results as JSON: to a file `.json`, or without one to standard output, where nothing
+    /// else is printed
     #[arg(long = "json", value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
+    #[arg(value_parser = json_file)]
     path: Option<PathBuf>,
+}
+
+/// A file for JSON. A recording behind `--json` is none, and is not overwritten.
+fn json_file(name: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(name);
+    let is_json = path
+        .extension()
+        .is_some_and(|it| it.eq_ignore_ascii_case("json"));
+    match is_json || is_standard_output(&path) {
+        true => Ok(path),
+        false => Err("expected a file .json, or `-`".to_owned()),
+    }
 }
 
 impl Json {
@@ -79,12 +93,12 @@ impl Json {
         if self.path.is_some() && self.file().is_none() {
             return print(&json());
         }
-        tables()?;
+        // First: standard output may be closed.
         if let Some(path) = self.file() {
             file::write(path, json())?;
             note!("JSON: {}", path.display());
         }
-        Ok(())
+        tables()
     }
 }
 

@@ -41,6 +41,10 @@ impl fmt::Display for Cell {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Text(text) => f.write_str(text),
+            // Hundreds of digits of which none is meant.
+            Self::Number(value, _) if value.is_finite() && value.abs() >= 1e15 => {
+                write!(f, "{value:.4e}")
+            }
             Self::Number(value, decimals) if value.is_finite() => {
                 let text = format!("{value:.decimals$}");
                 // A value that is rounded to zero has no sign.

@@ -69,10 +69,12 @@ pub struct Combination {
 }
 
 impl Estimate {
-    /// Whether it was searched for in vain: the experiments do not determine it, or it is at a
-    /// bound of its range.
+    /// Whether it was searched for in vain: the experiments do not determine it, it is at a bound of
+    /// its range, or its standard error is as large as it is.
     pub fn is_undetermined(&self) -> bool {
-        !self.fixed && (!self.identifiable || self.at_bound.is_some())
+        let error = self.standard_error.max(self.standard_error_coloured);
+        let is_lost = error >= self.value.abs();
+        !self.fixed && (!self.identifiable || self.at_bound.is_some() || is_lost)
     }
 }
 
@@ -169,5 +171,37 @@ impl Fit {
     /// The value of the estimate of this name.
     pub fn value(&self, name: &str) -> Option<f64> {
         Some(self.estimate(name)?.value)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_estimate_with_an_error_of_its_own_size_is_not_determined() {
+        let with_errors = |white, coloured| Estimate {
+            name: "inertia_kg_m2",
+            unit: "kg m^2",
+            experiment: None,
+            value: -0.02,
+            start: 0.01,
+            bounds: (-1.0, 1.0),
+            fixed: false,
+            standard_error: white,
+            standard_error_coloured: coloured,
+            at_bound: None,
+            identifiable: true,
+            profile: f64::NAN,
+            beyond: 0.0,
+        };
+        assert!(!with_errors(0.001, 0.019).is_undetermined());
+        assert!(with_errors(0.001, 0.02).is_undetermined());
+        assert!(with_errors(0.03, f64::NAN).is_undetermined());
+        let held = Estimate {
+            fixed: true,
+            ..with_errors(f64::NAN, f64::NAN)
+        };
+        assert!(!held.is_undetermined());
     }
 }

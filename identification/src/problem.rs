@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use model_core::parameter::Parameter;
+use model_core::parameter::{Parameter, Shown};
 
 use super::experiment::{Assumptions, Experiment};
 use super::loss::Loss;
@@ -288,7 +288,7 @@ pub enum IdentifyError {
         expected: String,
     },
     /// A fixed value is out of range.
-    #[error("{name} is held at {value}, expected {min} to {max}")]
+    #[error("{name} is held at {}, expected {min} to {max}", Shown(*value))]
     Value {
         /// The parameter.
         name: &'static str,
@@ -300,7 +300,11 @@ pub enum IdentifyError {
         max: f64,
     },
     /// The lower bound is not below the upper one.
-    #[error("{name} is bound to {low}:{high}, expected the lower bound before a greater one")]
+    #[error(
+        "{name} is bound to {}:{}, expected the lower bound before a greater one",
+        Shown(*low),
+        Shown(*high)
+    )]
     Order {
         /// The parameter.
         name: &'static str,
@@ -310,7 +314,11 @@ pub enum IdentifyError {
         high: f64,
     },
     /// The bounds are out of range.
-    #[error("{name} is bound to {low}:{high}, expected bounds within its range, {min} to {max}")]
+    #[error(
+        "{name} is bound to {}:{}, expected bounds within its range, {min} to {max}",
+        Shown(*low),
+        Shown(*high)
+    )]
     Range {
         /// The parameter.
         name: &'static str,
@@ -324,7 +332,10 @@ pub enum IdentifyError {
         max: f64,
     },
     /// A starting value is not within its bounds.
-    #[error("{name} starts at {start} within {low} to {high}, expected a number within its bounds")]
+    #[error(
+        "{name} starts at {} within {low} to {high}, expected a number within its bounds",
+        Shown(*start)
+    )]
     Start {
         /// The parameter.
         name: &'static str,

@@ -69,7 +69,11 @@ pub enum RecordingError {
         expected: usize,
     },
     /// The time does not increase, or is not a number.
-    #[error("time_s is {value} in sample {index} after {before}, expected an increasing time")]
+    #[error(
+        "time_s is {} in sample {index} after {}, expected an increasing time",
+        Shown(*value),
+        Shown(*before)
+    )]
     Time {
         /// The sample, counted from 1.
         index: usize,

@@ -183,7 +183,8 @@ impl fmt::Display for ParameterError {
                 } else {
                     "number"
                 };
-                let unit = if p.is_choice() { "" } else { p.unit };
+                let has_unit = !p.is_choice() && p.unit != "1";
+                let unit = if has_unit { p.unit } else { "" };
                 write!(
                     f,
                     "{} is {}, expected a {kind} from {} to {}",

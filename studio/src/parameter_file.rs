@@ -108,10 +108,9 @@ pub fn toml(values: &Map<String, Value>) -> Result<String, String> {
 /// # Errors
 /// The file is neither, or names an object that the actuator lacks.
 pub fn parse(text: &str) -> Result<BTreeMap<String, String>, String> {
-    let is_dcf = text
-        .lines()
-        .any(|line| line.trim_start().starts_with(VALUE));
-    if is_dcf {
+    // The first section of a DCF.
+    let is_dcf = |line: &str| line.starts_with(VALUE) || line == "[FileInfo]";
+    if text.lines().any(|line| is_dcf(line.trim_start())) {
         parse_dcf(text)
     } else {
         parse_toml(text)
@@ -138,11 +137,20 @@ fn parse_dcf(text: &str) -> Result<BTreeMap<String, String>, String> {
                 ));
             };
             if is_setting(row) {
+                let checked = names::encode(row, value);
+                checked.map_err(|error| format!("line {number}: {address}: {error}"))?;
                 values.insert(address.clone(), value.to_owned());
             }
+        } else if line.starts_with('[') {
+            return Err(format!(
+                "line {number}: `{line}`, expected a section as `[6040]`"
+            ));
         }
     }
-    Ok(values)
+    match values.is_empty() {
+        true => Err(format!("the DCF has no {VALUE} of a setting")),
+        false => Ok(values),
+    }
 }
 
 fn parse_toml(text: &str) -> Result<BTreeMap<String, String>, String> {
@@ -212,8 +220,14 @@ mod tests {
             ("[other]\n", "neither a DCF"),
             (
                 "[FileInfo]\nFileName=actuator.dcf\n[60",
-                "neither a DCF with values nor TOML with a table [parameters]: line ",
+                "line 3: `[60`, expected a section as `[6040]`",
             ),
+            ("[FileInfo]\n", "the DCF has no ParameterValue of a setting"),
+            (
+                "[607D]\n[607Dsub1]\nParameterValue=0xZZ\n",
+                "line 3: 607D:1: ",
+            ),
+            ("[parameters", "neither a DCF with values nor TOML"),
             (
                 "[parameters]\n\"607D:1\" = true\n",
                 "expected a number or a text",

@@ -1,5 +1,5 @@
 //! Random plans of faults: sensors that lie, loads that pull, supplies that sag, each at rest, in
-//! motion, and while the parameters are saved. `FAULT_PLANS` is the number of plans natively,
+//! motion of each kind of mode, and while the parameters are saved. `FAULT_PLANS` is the number of plans natively,
 //! `FAULT_PLANS_EMULATED` that of the emulated board. During an update the loop is that of a drive
 //! at rest, bit for bit (`whole_update.rs`).
 
@@ -91,9 +91,10 @@ fn native(state: State, faults_planned: Vec<Planned>) -> Motion {
 fn judge(run: impl Fn(State, Vec<Planned>) -> Motion, state: State, plan: Plan) -> Option<String> {
     // Where the sensors are right, a load may hinder the motion.
     let expected = match (state, plan.sensors.is_empty()) {
-        (State::Moving, true) => None,
-        (State::Moving, false) => Some(run(state, plan.loads.clone())),
         (State::Held | State::Saving, _) => Some(run(state, Vec::new())),
+        // A torque controls no angle.
+        (State::Torque, _) | (_, true) => None,
+        (_, false) => Some(run(state, plan.loads.clone())),
     };
     let found = run(state, [plan.loads, plan.sensors].concat());
     let fault_ns = found.fault.map_or(u64::MAX, |(at_ns, _)| at_ns);

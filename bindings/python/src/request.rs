@@ -12,6 +12,7 @@ use host_sim::{
 };
 use model_core::{
     named::Named,
+    parameter::Shown,
     scenario::{NameKind, named},
     time::ticks,
 };
@@ -172,8 +173,9 @@ fn taken(argument: &str, index: usize, value: f64, quantity: &Quantity) -> Resul
         return Ok(value);
     }
     Err(Error::Conflict(format!(
-        "{argument}: {}[{index}] is {value}, expected {} from {} to {} {}",
+        "{argument}: {}[{index}] is {}, expected {} from {} to {} {}",
         quantity.column,
+        Shown(value),
         quantity.meaning,
         quantity.range.start(),
         quantity.range.end(),

@@ -9,6 +9,7 @@ use host_sim::{
 use model_core::{
     actuator::{self, COMMAND_RANGE, CommandError, InputLevel},
     named::Named,
+    parameter::Shown,
     scenario::LONGEST_S,
     time::{TICKS_PER_SECOND, ticks},
 };
@@ -151,7 +152,8 @@ fn kept(bytes: &[u8]) -> PyResult<(Settings, Stepped)> {
 fn refused(name: &str, value: f64, quantity: &Quantity) -> PyErr {
     let (range, unit) = (&quantity.range, quantity.unit);
     PyValueError::new_err(format!(
-        "{name} is {value}, expected {} from {} to {} {unit}",
+        "{name} is {}, expected {} from {} to {} {unit}",
+        Shown(value),
         quantity.meaning,
         range.start(),
         range.end()
@@ -173,8 +175,9 @@ fn not_commanded(error: CommandError, input: InputLevel, value: f64) -> PyErr {
     match (error, input) {
         (CommandError::Value, InputLevel::Position) => refused("command_deg", value, &COMMAND),
         (CommandError::Value, input) => PyValueError::new_err(format!(
-            "the {} is {value}, expected a number from {} to {} {}",
+            "the {} is {}, expected a number from {} to {} {}",
             input.name(),
+            Shown(value),
             COMMAND_RANGE.start(),
             COMMAND_RANGE.end(),
             input.unit()
@@ -248,7 +251,8 @@ impl Actuator {
             let step = target.checked_sub(now).ok_or_else(|| {
                 let now_s = model_core::time::seconds(now);
                 PyValueError::new_err(format!(
-                    "time_s is {time_s}, the actuator is at {now_s} s, expected no earlier time"
+                    "time_s is {}, the actuator is at {now_s} s, expected no earlier time",
+                    Shown(time_s)
                 ))
             })?;
             Ok((step, time_s * TICKS_PER_SECOND as f64 - target as f64))

@@ -22,6 +22,7 @@ use crate::terminal;
 use host_sim::can::bus::Bus;
 use host_sim::can::multicast;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
+use host_sim::can::node_fault::Fault;
 #[cfg(unix)]
 use host_sim::can::server::Terminal;
 use host_sim::can::server::{Notice, Server};
@@ -127,7 +128,11 @@ impl Serve {
         if let Some(path) = self.node_faults.clone() {
             let (sender, faults) = mpsc::channel();
             bus.set_faults(faults);
-            thread::spawn(move || read_faults(&path, &sender));
+            let refused = move |fault: &Fault| {
+                let is_missing = fault.node > usize::from(count);
+                is_missing.then(|| format!("the bus has {count} actuators"))
+            };
+            thread::spawn(move || read_faults(&path, refused, &sender));
         }
         let mut server = Server::new(bus);
         #[cfg(unix)]

@@ -87,7 +87,13 @@ impl Servos {
         let what = format!("{ids} of the model {name}");
         let (sender, faults) = mpsc::channel();
         if let Some(path) = self.servo_faults.clone() {
-            thread::spawn(move || read_faults(&path, &sender));
+            let refused = move |fault: &Fault| match fault {
+                Fault::Of(servo, _) if *servo > usize::from(count) => {
+                    Some(format!("the bus has {count} servos"))
+                }
+                _ => None,
+            };
+            thread::spawn(move || read_faults(&path, refused, &sender));
         }
         Ok(Some(Serving {
             server,
@@ -125,9 +131,14 @@ impl Serving {
     }
 }
 
-/// Sends the faults of a file until its end, and reports each line that is not a fault. A pipe does
-/// not end with its writer: it is open for writing here too.
-pub(super) fn read_faults<F: Copy + FromStr<Err: Display>>(path: &Path, to: &Sender<F>) {
+/// Sends the faults of a file until its end, and reports each line that is not a fault, or one of
+/// which `refused` has a reason. A pipe does not end with its writer: it is open for writing here
+/// too.
+pub(super) fn read_faults<F: Copy + FromStr<Err: Display>>(
+    path: &Path,
+    refused: impl Fn(&F) -> Option<String>,
+    to: &Sender<F>,
+) {
     let file: io::Result<Box<dyn io::Read>> = if path == Path::new("-") {
         Ok(Box::new(io::stdin()))
     } else {
@@ -139,9 +150,10 @@ pub(super) fn read_faults<F: Copy + FromStr<Err: Display>>(path: &Path, to: &Sen
         Err(error) => return note!("cannot read {}: {error}", path.display()),
     };
     for line in lines.map_while(Result::ok) {
-        match line.parse() {
+        match line.parse().map(|fault| (refused(&fault), fault)) {
+            Ok((Some(why), _)) => note!("fault `{line}`: {why}"),
             // The server ends.
-            Ok(fault) if to.send(fault).is_err() => return,
+            Ok((None, fault)) if to.send(fault).is_err() => return,
             Ok(_) => {}
             Err(error) => note!("{error}"),
         }
@@ -181,8 +193,9 @@ mod tests {
             .expect("a pipe");
         let (sender, faults) = mpsc::channel::<u8>();
         let path = pipe.clone();
-        thread::spawn(move || read_faults(&path, &sender));
-        for (written, fault) in [("1\n", 1), ("no number\n2\n", 2), ("3\n", 3)] {
+        let refused = |number: &u8| (*number > 100).then(|| "too large".to_owned());
+        thread::spawn(move || read_faults(&path, refused, &sender));
+        for (written, fault) in [("1\n", 1), ("no number\n200\n2\n", 2), ("3\n", 3)] {
             let pipe = pipe.clone();
             // It would wait for a reader.
             thread::spawn(move || fs::write(&pipe, written));

@@ -69,8 +69,15 @@ impl Bootloader {
         };
         let record = idle.words(0);
         let record = record.iter().flat_map(|word| word.to_le_bytes()).collect();
+        let firmware = super::firmware(elf)?;
+        if firmware.actuator_chip().is_ok() || firmware.check_comm_board().is_ok() {
+            let path = elf.display();
+            let problem =
+                format!("--boot-elf: {path} is the program of a board, expected the bootloader");
+            return Err(Error::Conflict(problem));
+        }
         Ok(Some(Self {
-            firmware: super::firmware(elf)?,
+            firmware,
             contents: vec![
                 (STM32F427.slot.start().into(), image),
                 (STM32F427.records[0].start.into(), record),

@@ -42,13 +42,15 @@ const GREATEST_PCT: i32 = 75;
 /// The shaft stands below this back-EMF: 5 deg/s at 20 mV per deg/s.
 const STANDING_MV: i32 = 100;
 
-/// The sign of the back-EMF counts from here: 30 deg/s.
-const COUNTED_MV: i32 = 600;
+/// The sign of the back-EMF counts from here: 15 deg/s, so that a slow motion, as a homing, shows
+/// it.
+const COUNTED_MV: i32 = 300;
 
 /// Likewise of `duty V - i R` over the resistance, beyond a third of the current, by which the
-/// resistance may be wrong: 15 times half a code, and two thirds of the current of a shorted motor
-/// at 30 deg/s.
-const COUNTED_MA: i32 = 50;
+/// resistance may be wrong. The back-EMF of 15 deg/s makes 39 mA; 20 mA are the greatest offset of
+/// the current at rest, and the change of the back-EMF between its sample and that of the current
+/// is 22 mA at most. A wrong sign would need an error of 64 mA and a third of the current.
+const COUNTED_MA: i32 = 25;
 
 /// Control periods, 12 ms, after which the sign is known.
 const KNOWN: i8 = 3;
@@ -165,12 +167,12 @@ mod tests {
     fn duty(sign: i32, (back_emf_mv, supply_mv): (i32, i32)) -> Percent {
         let mut brake = BackEmfBrake::default();
         for _ in 0..3 {
-            brake.observe_driven(current(500, 300), 600 * sign);
+            brake.observe_driven(current(500, 300), 300 * sign);
         }
         // Neither a small back-EMF nor a current that leaves it open counts.
         for _ in 0..10 {
-            brake.observe_driven(current(-500, -300), 599 * sign);
-            brake.observe_driven(current(-500, -670), 600 * sign);
+            brake.observe_driven(current(-500, -300), 299 * sign);
+            brake.observe_driven(current(-500, -670), 300 * sign);
         }
         let voltages = (back_emf_mv, supply_mv);
         brake.opposing(&CurrentLimits::DEFAULT, &Ripple::of(7.7, 1e-3), voltages)

@@ -40,6 +40,11 @@ pub enum UpdateError {
         /// Its flash status, object 1F57h:1.
         status: u32,
     },
+    /// The program of the node has not confirmed itself yet.
+    #[error(
+        "the program of node {0} is on trial: it takes another one once it has confirmed itself"
+    )]
+    OnTrial(u8),
     /// The node has not written the image.
     #[error("node {0} did not write the image within {limit} s", limit = STAGING.as_secs())]
     NotStaged(u8),
@@ -56,7 +61,7 @@ impl UpdateError {
     pub fn is_refusal(&self) -> bool {
         matches!(
             self,
-            Self::Refused { .. } | Self::Sdo(SdoError::Abort { .. })
+            Self::Refused { .. } | Self::OnTrial(_) | Self::Sdo(SdoError::Abort { .. })
         )
     }
 }
@@ -241,10 +246,14 @@ fn number(sdo: &mut Sdo<'_>, (index, sub): (u16, u8)) -> Result<u32, SdoError> {
     Ok(number.fold(0, |number, byte| number << 8 | u32::from(*byte)))
 }
 
-/// The error in the flash status, if any.
+/// The reason in the flash status, if any.
 fn why(sdo: &mut Sdo<'_>, node: u8) -> Option<UpdateError> {
     let status = number(sdo, FLASH_STATUS).ok()?;
-    (status >> 1 & 0x7f != 0).then_some(UpdateError::Refused { node, status })
+    match status {
+        _ if status >> 1 & 0x7f != 0 => Some(UpdateError::Refused { node, status }),
+        _ if status & TRIAL_RUNS != 0 => Some(UpdateError::OnTrial(node)),
+        _ => None,
+    }
 }
 
 fn wait_for_boot_up(link: &mut dyn Link, node: u8) -> Result<(), UpdateError> {

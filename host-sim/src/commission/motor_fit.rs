@@ -223,11 +223,13 @@ fn determined(fit: &Fit, name: &'static str) -> Result<Estimate, CommissionError
         value: e.value,
         standard_error: e.standard_error_coloured.max(e.standard_error),
     });
-    match found {
-        Some(estimate) if estimate.standard_error < estimate.value.abs() => Ok(estimate),
-        _ => refuse(
-            STEP,
-            format!("{name} cannot be identified from the excitation"),
-        ),
-    }
+    found.map_or_else(
+        || {
+            refuse(
+                STEP,
+                format!("{name} cannot be identified from the excitation"),
+            )
+        },
+        Ok,
+    )
 }

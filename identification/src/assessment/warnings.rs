@@ -1,5 +1,7 @@
 //! Warnings about a fit, in words.
 
+use model_core::parameter::Shown;
+
 use super::{Assessed, Assessment, instants};
 use crate::{
     consistency::Part,
@@ -111,11 +113,10 @@ pub fn doubts(assessment: &Assessment) -> Vec<String> {
     misfit(assessment, &mut doubts);
     for estimate in fit.estimates.iter().filter(|e| e.beyond > BEYOND) {
         doubts.push(format!(
-            "{} would be beyond its bound of {:.4} {} by {:.0} standard errors: the other estimates \
-             are those for that bound; the option `bound` sets another",
+            "{} would be beyond its bound of {} by {:.0} standard errors: the other estimates are \
+             those for that bound; the option `bound` sets another",
             label(assessment, estimate),
-            estimate.value,
-            estimate.unit,
+            with_unit(estimate.value, estimate.unit),
             estimate.beyond
         ));
     }
@@ -304,19 +305,20 @@ fn label(assessment: &Assessment, estimate: &Estimate) -> String {
 }
 
 fn parameter(assessment: &Assessment, estimate: &Estimate) -> Option<String> {
-    let (name, unit) = (label(assessment, estimate), estimate.unit);
+    let name = label(assessment, estimate);
+    let bound = |value| with_unit(value, estimate.unit);
     let limit = match estimate.at_bound {
-        Some(Bound::Low) => Some(("lower", estimate.bounds.0)),
-        Some(Bound::High) => Some(("upper", estimate.bounds.1)),
+        Some(Bound::Low) => Some(("lower", bound(estimate.bounds.0))),
+        Some(Bound::High) => Some(("upper", bound(estimate.bounds.1))),
         None => None,
     };
     match limit {
         Some((which, bound)) if estimate.identifiable => Some(format!(
-            "{name} is at its {which} bound of {bound} {unit}{}",
+            "{name} is at its {which} bound of {bound}{}",
             profile(estimate)
         )),
         Some((which, bound)) => Some(format!(
-            "{name} reaches its {which} bound of {bound} {unit}: it is not identifiable from \
+            "{name} reaches its {which} bound of {bound}: it is not identifiable from \
              these experiments{}",
             profile(estimate)
         )),
@@ -334,11 +336,19 @@ fn profile(estimate: &Estimate) -> String {
         return String::new();
     }
     format!(
-        "; by the profile likelihood its {:.0} % interval extends to {:.4} {}",
+        "; by the profile likelihood its {:.0} % interval extends to {}",
         100.0 * COVERED,
-        estimate.profile,
-        estimate.unit
+        with_unit(estimate.profile, estimate.unit)
     )
+}
+
+/// A value with five significant digits, and its unit.
+fn with_unit(value: f64, unit: &str) -> String {
+    let rounded = format!("{value:.4e}").parse().unwrap_or(value);
+    match unit {
+        "" | "1" => Shown(rounded).to_string(),
+        unit => format!("{} {unit}", Shown(rounded)),
+    }
 }
 
 /// What is known of the estimates that are not identifiable alone.

@@ -6,6 +6,8 @@ use super::{
     column::LocatedColumn,
     times, unit,
 };
+use model_core::parameter::Shown;
+
 use crate::{
     data::ImportError,
     recording::Recording,
@@ -13,6 +15,9 @@ use crate::{
     statistics::slots::median_step_s,
 };
 
+/// What is counted, one and several.
+const ROWS: (&str, &str) = ("row has", "rows have");
+const SAMPLES: (&str, &str) = ("sample has", "samples have");
 /// First time above which times are relative to the first sample: dates would lose digits.
 const LATEST_START_S: f64 = 1e6;
 /// Greatest duty, with the error of a measured one.
@@ -239,7 +244,9 @@ impl Cleaning<'_> {
             }
             if t < latest {
                 let problem = format!(
-                    "the time is {t} s after {latest} s, expected times that do not decrease"
+                    "the time is {} s after {} s, expected times that do not decrease",
+                    Shown(t),
+                    Shown(latest)
                 );
                 return Err(self.table.problem(self.table.line(row), problem));
             }
@@ -261,10 +268,11 @@ impl Cleaning<'_> {
             rows.push(row);
             times.push(t);
         }
-        self.tally(&missing, "rows have no time and are left out");
+        self.tally(&missing, ROWS, "no time: left out");
         self.tally(
             &duplicates,
-            "rows have the time of the row before, which is left out",
+            ROWS,
+            "the time of the row before, which is left out",
         );
         self.note_gaps(&rows, &times);
         Ok((rows, times))
@@ -277,9 +285,10 @@ impl Cleaning<'_> {
         numbers.all(f64::is_nan)
     }
 
-    fn tally(&mut self, tally: &Tally, text: &str) {
+    fn tally(&mut self, tally: &Tally, (one, several): (&str, &str), text: &str) {
         if tally.rows > 0 {
-            let text = format!("{} {text}; this is the first", tally.rows);
+            let what = if tally.rows == 1 { one } else { several };
+            let text = format!("{} {what} {text}; this is the first", tally.rows);
             self.note(self.table.line(tally.first), text);
         }
     }
@@ -293,10 +302,13 @@ impl Cleaning<'_> {
         let Some(&(located, longest_s)) = gaps.iter().max_by(|a, b| a.1.total_cmp(&b.1)) else {
             return;
         };
-        let count = gaps.len();
+        let gaps = match gaps.len() {
+            1 => "1 gap".to_owned(),
+            count => format!("{count} gaps"),
+        };
         let text = format!(
-            "{count} gaps without samples; the longest, before this line, lasts {longest_s:.4} s \
-             where {usual_s:.4} s are usual; the command is assumed constant in them"
+            "{gaps} without samples; the longest, before this line, lasts {longest_s:.4} s \
+             where {usual_s:.4} s are usual; the command is assumed constant there"
         );
         self.note(self.table.line(rows[located + 1]), text);
     }
@@ -314,7 +326,7 @@ impl Cleaning<'_> {
             let mut missing = Tally::default();
             let absent = (0..rows.len()).filter(|&i| column[i].is_nan());
             absent.for_each(|i| missing.count(rows[i]));
-            self.tally(&missing, &format!("samples have no {what}"));
+            self.tally(&missing, SAMPLES, &format!("no {what}"));
         }
         let is_length = self.columns.iter().any(|column| column.is_length);
         let wrapped = match is_length {
@@ -332,7 +344,8 @@ impl Cleaning<'_> {
             .for_each(|(i, _)| off.count(rows[i]));
         self.tally(
             &off,
-            "samples have the motor off: only models of a motor with a load are compared there",
+            SAMPLES,
+            "the motor off: only models of a motor with a load are compared there",
         );
         for bad in screening::bad_samples(recording) {
             let text = bad.described(recording, import.keep_bad);

@@ -96,7 +96,8 @@ impl Table {
         for (name, mut column) in group {
             let missing = rows - column.len();
             if 0 < missing && (missing as f64) < SHORTER * rows as f64 {
-                let text = format!("column `{name}` ends {missing} samples before the others");
+                let samples = if missing == 1 { "sample" } else { "samples" };
+                let text = format!("column `{name}` ends {missing} {samples} before the others");
                 self.notes.push((1, text));
                 column.resize(rows, f64::NAN);
             }
@@ -104,8 +105,10 @@ impl Table {
                 self.names.push(name);
                 self.columns.push(column);
             } else {
-                let reason = format!("`{name}` with {} samples", column.len());
-                self.left_out.push(reason);
+                let found = format!("`{name}` with {} samples", column.len());
+                let text = format!("column {found} is left out: others have {rows}");
+                self.notes.push((1, text));
+                self.left_out.push(found);
             }
         }
         // Rows have no lines: they are counted.

@@ -177,11 +177,11 @@ fn missing_numbers_repeated_times_and_gaps_are_noted_and_corrected() {
     assert_eq!(
         found,
         [
-            (22, "1 rows have the "),
-            (23, "1 rows have no t"),
-            (24, "1 gaps without s"),
-            (24, "1 samples have n"),
-            (25, "1 samples have n"),
+            (22, "1 row has the ti"),
+            (23, "1 row has no tim"),
+            (24, "1 gap without sa"),
+            (24, "1 sample has no "),
+            (25, "1 sample has no "),
         ]
     );
 }

@@ -94,7 +94,8 @@ fn columns() -> [&'static str; COUNT + 1] {
 }
 
 fn values(row: &Row) -> [f64; COUNT + 1] {
-    let mut values = [row.time_s; COUNT + 1];
+    // A time is a sum of periods: of its digits those of nanoseconds are true.
+    let mut values = [(row.time_s * 1e9).round() / 1e9; COUNT + 1];
     for (place, value) in values[1..].iter_mut().zip(row.values) {
         // The decimal number that the sample shows, not the binary one with more digits.
         *place = value.to_string().parse().unwrap_or(f64::NAN);

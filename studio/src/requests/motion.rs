@@ -2,7 +2,10 @@
 
 use host_sim::can::client::ClientError;
 use host_sim::can::excitation;
-use model_core::time::{CONTROL_PERIOD_TICKS, seconds};
+use model_core::{
+    parameter::Shown,
+    time::{CONTROL_PERIOD_TICKS, seconds},
+};
 use serde_json::{Value, json};
 
 use super::{Context, ExcitationValues};
@@ -59,17 +62,35 @@ fn command_value(context: Context, node: u8, target: Option<Target>, value: &str
 
 pub fn go(context: Context, node: u8, deg: f64) {
     let target = parts(deg, 1e3).map(Target::Angle);
-    command_value(context, node, target, &format!("{deg} deg"), "an angle");
+    command_value(
+        context,
+        node,
+        target,
+        &format!("{} deg", Shown(deg)),
+        "an angle",
+    );
 }
 
 pub fn turn(context: Context, node: u8, deg_s: f64) {
     let target = parts(deg_s, 1e3).map(Target::Rate);
-    command_value(context, node, target, &format!("{deg_s} deg/s"), "a rate");
+    command_value(
+        context,
+        node,
+        target,
+        &format!("{} deg/s", Shown(deg_s)),
+        "a rate",
+    );
 }
 
 pub fn press(context: Context, node: u8, nm: f64) {
     let target = parts(nm, 1e6).map(Target::Torque);
-    command_value(context, node, target, &format!("{nm} N m"), "a torque");
+    command_value(
+        context,
+        node,
+        target,
+        &format!("{} N m", Shown(nm)),
+        "a torque",
+    );
 }
 
 fn command(context: Context, node: u8, target: Target) {
