@@ -33,7 +33,7 @@ const ROWS: [(&str, &str, &str); 15] = [
     ),
     (
         "*.whl",
-        "Python from 3.9 on Linux on x86-64 with glibc",
+        "Python from 3.9 on Linux on x86-64 with glibc; contains the plugin of MuJoCo",
         "pip install smart_actuator-*.whl",
     ),
     (
