@@ -226,29 +226,53 @@ fn with_any_excitation_of_the_board_the_loop_stays_within_its_limit() {
 }
 
 /// Modes of operation.
-const MODES: [u8; 4] = [1, 3, 8, 9];
+const MODES: [u8; 7] = [1, 3, 4, 7, 8, 9, 10];
 
 /// Instructions of the loop in a control period in which a mode decelerates: the velocity from
 /// which the axis still stops at a target or before a limit takes a root and divisions of 64 bits.
 const WITH_A_STOP: u64 = 9_100;
 
-/// Each mode of operation for a second: set-points to and fro, velocities into both position
-/// limits, and changes of mode while the shaft turns.
-fn modes(tick: u64) -> Vec<Frame> {
+/// The same with everything on.
+const WITH_EVERYTHING: u64 = 9_100;
+
+/// Objects that are 0 by default: feed-forward of velocity and model, the dead band, offsets of
+/// velocity and torque, polarity, jerk-limited profiles.
+const EVERYTHING: [(u16, u8, u32, u8); 8] = [
+    (0x2013, 1, 1_000, 2),
+    (0x2013, 2, 1_000, 2),
+    (0x2013, 3, 132, 2),
+    (0x60C2, 1, 20, 1),
+    (0x60B1, 0, 5_000, 4),
+    (0x60B2, 0, 10, 2),
+    (0x607E, 0, 0xC0, 1),
+    (0x6086, 0, 3, 2),
+];
+
+/// Each mode of operation for a second: set-points and points to and fro, velocities and torques
+/// into both position limits, and changes of mode while the shaft turns. With everything on there
+/// are feed-forward, a dead band, offsets, reversed polarity and jerk-limited profiles too.
+fn modes(tick: u64, has_all: bool) -> Vec<Frame> {
     let since = tick.saturating_sub(100);
-    let code = MODES[(since / 250) as usize % 4];
+    let code = MODES[(since / 250) as usize % MODES.len()];
     let sign = if (since / 100).is_multiple_of(2) {
         1
     } else {
         -1
     };
     // A new set-point in profile position mode, in the other modes no bit of theirs.
-    let word = if code == 1 && tick.is_multiple_of(10) {
-        0x3f
-    } else {
-        0x0f
+    let word = match code {
+        1 if tick.is_multiple_of(10) => 0x3f,
+        7 => 0x1f,
+        _ => 0x0f,
     };
+    let torque = (sign as i16 * 200) as u16;
     match tick {
+        8..=15 if has_all => {
+            let (index, sub, value, size) = EVERYTHING[tick as usize - 8];
+            vec![write(index, sub, value, size)]
+        }
+        100.. if tick % 10 == 2 => vec![write(0x6071, 0, torque.into(), 2)],
+        100.. if tick % 10 == 7 => vec![write(0x60C1, 1, (sign * 40_000) as u32, 4)],
         100.. if tick.is_multiple_of(5) => vec![
             mode(word, code as i8),
             velocity(word, sign * 250_000),
@@ -261,20 +285,22 @@ fn modes(tick: u64) -> Vec<Frame> {
 
 #[test]
 fn no_mode_of_operation_takes_the_loop_beyond_its_limit() {
-    let options = Options {
-        probes: of_the_loop(),
-        ..Options::for_ms(4 * (100 + 5 * 250))
-    };
-    let finished = run_master(options, modes);
-    let (_, last) = *statuswords(&finished).last().expect("the board reports");
-    assert!(is_operation_enabled(last), "{last:04x}");
-    assert_eq!(faults(&finished), []);
     let mut wrong = false;
-    for (mode, from) in MODES.into_iter().zip((100..).step_by(250)) {
-        let running = from * 4_000_000..(from + 250) * 4_000_000;
-        let tick = worst(&finished, |at_ns| running.contains(&at_ns));
-        println!("mode {mode}: {tick} instructions at most");
-        wrong |= !(2_000..WITH_A_STOP).contains(&tick);
+    for (has_all, limit) in [(false, WITH_A_STOP), (true, WITH_EVERYTHING)] {
+        let options = Options {
+            probes: of_the_loop(),
+            ..Options::for_ms(4 * (100 + MODES.len() as u64 * 250))
+        };
+        let finished = run_master(options, move |tick| modes(tick, has_all));
+        let (_, last) = *statuswords(&finished).last().expect("the board reports");
+        assert!(is_operation_enabled(last), "{last:04x}");
+        assert_eq!(faults(&finished), []);
+        for (mode, from) in MODES.into_iter().zip((100..).step_by(250)) {
+            let running = from * 4_000_000..(from + 250) * 4_000_000;
+            let tick = worst(&finished, |at_ns| running.contains(&at_ns));
+            println!("mode {mode}, everything {has_all}: {tick} instructions at most");
+            wrong |= !(2_000..limit).contains(&tick);
+        }
     }
     assert!(!wrong);
 }

@@ -1,6 +1,6 @@
 //! Stops that begin in each phase of a motion: the shaft is not turned back.
 
-use board_tests::frames::{Frame, control, mode as select_mode, nmt, velocity};
+use board_tests::frames::{Frame, control, mode as select_mode, nmt, velocity, write};
 use board_tests::master::driven;
 use board_tests::program::run_master;
 use virtual_board::plant::BoardPlantOptions;
@@ -36,10 +36,13 @@ fn stopped(tick: u64, mode: i8, stop_tick: u64, stop: Stop) -> Vec<Frame> {
         };
     }
     match (mode, tick) {
-        (9, MOTION_TICK) => vec![select_mode(0x0f, 9)],
-        (9, MOTION_TICK..) => vec![velocity(0x0f, 300_000)],
-        (_, MOTION_TICK..) => driven(tick, 55_000),
-        _ => driven(tick, -55_000),
+        (_, ..MOTION_TICK) => driven(tick, -55_000),
+        (8, _) => driven(tick, 55_000),
+        (_, MOTION_TICK) => vec![select_mode(0x0f, mode)],
+        // A set-point, as the rising edge of bit 4.
+        (1, _) => vec![control(0x3f, 55_000)],
+        (10, _) => vec![write(0x6071, 0, 900, 2)],
+        _ => vec![velocity(0x0f, 300_000)],
     }
 }
 
@@ -73,7 +76,9 @@ fn travel(mode: i8, after_ms: u64, stop: Stop) -> (f64, f64, f64) {
 fn no_stop_turns_the_shaft_back_in_any_phase_of_a_motion() {
     println!("| mode | stop | at | rate | travel | back |\n|---|---|---|---|---|---|");
     let mut wrong = Vec::new();
-    for mode in [8, 9] {
+    let phases_ms: [u64; 8] = [20, 60, 100, 160, 240, 320, 400, 480];
+    // Of profiles and torques fewer: each stop is the same code.
+    for (mode, each) in [(8, 1), (9, 1), (1, 3), (3, 3), (10, 3)] {
         for stop in [
             Stop::Quick,
             Stop::Halt,
@@ -81,7 +86,7 @@ fn no_stop_turns_the_shaft_back_in_any_phase_of_a_motion() {
             Stop::Silence,
             Stop::ResetNode,
         ] {
-            for after_ms in [20, 60, 100, 160, 240, 320, 400, 480] {
+            for &after_ms in phases_ms.iter().step_by(each) {
                 let (rate, way, back) = travel(mode, after_ms, stop);
                 println!(
                     "| {mode} | {stop:?} | {after_ms} ms | {rate:.0} deg/s | {way:.1} deg | {back:.2} deg |"

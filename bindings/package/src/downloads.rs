@@ -37,6 +37,11 @@ const ROWS: [(&str, &str, &str); 15] = [
         "pip install smart_actuator-*.whl",
     ),
     (
+        "mujoco/*.so",
+        "MuJoCo on Linux on x86-64 without Python, as its program simulate",
+        "copy it into the folder mujoco_plugin beside the program",
+    ),
+    (
         "wheels/*2_17_aarch64.whl",
         "Python from 3.9 on Linux on 64-bit ARM with glibc, as a Raspberry Pi",
         "pip install wheels/*2_17_aarch64.whl",

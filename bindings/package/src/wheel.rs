@@ -58,7 +58,25 @@ const OTHERS: [System; 3] = [
 /// Makes the wheel of most computers in place of an older one.
 pub fn make(tools: &Tools, out: &Path) -> Result<(), Error> {
     remove(&with_extension(out, "whl")?)?;
-    wheel(tools, &USUAL, out)
+    wheel(tools, &USUAL, out)?;
+    // For MuJoCo without Python.
+    let plugin = built_plugin();
+    let folder = out.join("mujoco");
+    fs::create_dir_all(&folder).map_err(at(&folder))?;
+    remove(&with_extension(&folder, "so")?)?;
+    let copy = folder.join(plugin.file_name().unwrap_or_default());
+    fs::copy(&plugin, &copy).map_err(at(&copy))?;
+    Ok(())
+}
+
+/// The folder of the Python package, which contains the plugin.
+fn package() -> PathBuf {
+    cross_build::workspace().join("bindings/python/smart_actuator")
+}
+
+/// The plugin of the system that was built last.
+fn built_plugin() -> PathBuf {
+    package().join(format!("{PLUGIN}{MUJOCO}.so"))
 }
 
 /// Makes those of other systems in a folder of their own: pip takes one folder of wheels for one
@@ -93,8 +111,7 @@ fn wheel(tools: &Tools, system: &System, out: &Path) -> Result<(), Error> {
 
 /// Builds the plugin into the package, in place of that of another system.
 fn plugin(tools: &Tools, system: &System) -> Result<(), Error> {
-    let package = cross_build::workspace().join("bindings/python/smart_actuator");
-    let mut old = with_extension(&package, "so")?;
+    let mut old = with_extension(&package(), "so")?;
     old.retain(|path| path.to_string_lossy().contains(PLUGIN));
     remove(&old)?;
     let Some(platform) = system.mujoco else {
@@ -113,7 +130,7 @@ fn plugin(tools: &Tools, system: &System) -> Result<(), Error> {
     run(tools
         .on_path("bash")
         .args(["bindings/mujoco/build.sh", "python"])
-        .arg(package.join(format!("{PLUGIN}{MUJOCO}.so")))
+        .arg(built_plugin())
         .env("PYTHONPATH", mujoco)
         .env(
             "CC",

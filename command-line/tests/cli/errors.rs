@@ -215,6 +215,16 @@ fn a_file_without_end_is_refused_with_its_limit() {
 }
 
 #[test]
+fn a_recording_behind_json_is_not_overwritten() {
+    let cli = Cli::new();
+    cli.text("simulate black-box-1 --input pulse --csv run.csv");
+    let before = cli.read("run.csv");
+    let message = "invalid value 'run.csv' for '--json [<FILE>]': expected a file .json, or `-`";
+    cli.assert_error("identify other.csv --json run.csv", 2, message);
+    assert_eq!(cli.read("run.csv"), before);
+}
+
+#[test]
 fn a_plot_of_more_rows_than_fit_into_memory_is_refused() {
     let cli = Cli::new();
     let message = "the plot would have 10000000 rows, expected at most 2000000";

@@ -183,10 +183,8 @@ pub fn decode(kind: DataType, bytes: &[u8]) -> Option<Value> {
 /// # Errors
 /// The object is read only, or the text is not a value of its type.
 pub fn encode(row: &Row, text: &str) -> Result<Vec<u8>, Error> {
-    let wrong = |expected| Error::Option {
-        option: "the value",
-        value: text.to_owned(),
-        expected,
+    let wrong = |expected: &str| {
+        Error::Conflict(format!("{} is {text}, expected {expected}", name(row)))
     };
     if matches!(row.access, Access::Const | Access::Ro) {
         return Err(Error::Conflict(format!("{} is read only", name(row))));
@@ -212,7 +210,7 @@ pub fn encode(row: &Row, text: &str) -> Result<Vec<u8>, Error> {
                 (0, (1_i128 << bits) - 1)
             };
             if !(least..=greatest).contains(&number) {
-                return Err(wrong("a number within the range of the object's data type"));
+                return Err(wrong(&format!("{least} to {greatest}")));
             }
             Ok(number.to_le_bytes()[..size].to_vec())
         }

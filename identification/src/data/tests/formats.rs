@@ -272,7 +272,7 @@ fn messages_of_a_bag_are_rows_at_their_own_instants() {
 }
 
 #[test]
-fn columns_that_end_a_little_earlier_lack_their_last_samples() {
+fn columns_that_end_a_little_earlier_lack_their_last_samples_and_shorter_ones_are_left_out() {
     let column = |count: usize| {
         (0..count)
             .map(|i| i.to_string())
@@ -280,10 +280,11 @@ fn columns_that_end_a_little_earlier_lack_their_last_samples() {
             .join(",")
     };
     let text = format!(
-        r#"{{"time_s": [{}], "command_deg": [{}], "angle_deg": [{}]}}"#,
+        r#"{{"time_s": [{}], "command_deg": [{}], "angle_deg": [{}], "duty_pct": [{}]}}"#,
         column(400),
         column(399),
-        column(397)
+        column(397),
+        column(100)
     );
     let read = read_as(&Import::default(), "run.json", text).expect("three columns");
     // The last time has neither command nor angle.
@@ -291,6 +292,7 @@ fn columns_that_end_a_little_earlier_lack_their_last_samples() {
     assert!(read.recording.angle_deg[397].is_nan());
     let texts: Vec<&str> = read.notes.iter().map(|note| &*note.text).collect();
     assert!(texts.contains(&"column `angle_deg` ends 3 samples before the others"));
+    assert!(texts.contains(&"column `duty_pct` with 100 samples is left out: others have 400"));
 }
 
 #[test]
