@@ -10,7 +10,7 @@ use crate::{
 const NAME: &str = "index.html";
 
 /// Files, as a name or the ends of names in a folder; for whom they are; how to begin.
-const ROWS: [(&str, &str, &str); 15] = [
+const ROWS: [(&str, &str, &str); 16] = [
     (
         "actuator",
         "Linux on x86-64 with glibc 2.17 or later: everything on the command line, and Studio in the browser",

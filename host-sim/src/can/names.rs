@@ -183,9 +183,8 @@ pub fn decode(kind: DataType, bytes: &[u8]) -> Option<Value> {
 /// # Errors
 /// The object is read only, or the text is not a value of its type.
 pub fn encode(row: &Row, text: &str) -> Result<Vec<u8>, Error> {
-    let wrong = |expected: &str| {
-        Error::Conflict(format!("{} is {text}, expected {expected}", name(row)))
-    };
+    let wrong =
+        |expected: &str| Error::Conflict(format!("{} is {text}, expected {expected}", name(row)));
     if matches!(row.access, Access::Const | Access::Ro) {
         return Err(Error::Conflict(format!("{} is read only", name(row))));
     }
