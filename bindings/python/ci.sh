@@ -32,6 +32,34 @@ say "the table of servos"
 "$python" "$source/../../models/table.py" --check "$target/debug/actuator"
 
 say "types"
+blocks=$place/blocks
+rm -rf "$blocks"
+PYTHONPATH=$source/../package "$python" - "$blocks" <<'END'
+"""Writes the Python of the documents and of the notebook into files, for the type checker."""
+
+import json
+import pathlib
+import sys
+
+from documents import BINDINGS, BLOCK, DOCUMENTS, NOTEBOOK
+
+folder = pathlib.Path(sys.argv[1])
+folder.mkdir()
+for document in DOCUMENTS:
+    found = BLOCK.findall((BINDINGS / document).read_text())
+    blocks = [block for language, block in found if language == "python"]
+    assert blocks, f"{document} has no block of Python"
+    for index, block in enumerate(blocks):
+        (folder / f"{document.split('/')[0]}_{index}.py").write_text(block)
+cells = json.loads(NOTEBOOK.read_text())["cells"]
+code = ["".join(cell["source"]) + "\n" for cell in cells if cell["cell_type"] == "code"]
+(folder / "notebook.py").write_text("\n".join(code))
+END
+# Without a configuration, as a reader runs it. Other documents import packages without types.
+strict=("$python" -m mypy --strict --config-file= --cache-dir "$place/mypy")
+"${strict[@]}" "$blocks"/python_*.py
+"${strict[@]}" --disable-error-code=import-untyped --untyped-calls-exclude=distributed \
+    "$blocks"/{mujoco,fmu}_*.py "$blocks/notebook.py" "$source"/examples/*.py
 "$python" -m mypy --config-file "$source/pyproject.toml" --cache-dir "$place/mypy" -p smart_actuator
 # It takes a Literal of several strings for a Union.
 "$python" -m mypy.stubtest smart_actuator --ignore-disjoint-bases \

@@ -35,8 +35,8 @@ pub struct Estimate {
     pub bounds: (f64, f64),
     /// Whether it was fixed.
     pub fixed: bool,
-    /// Cramer-Rao standard error for white residuals; NaN where it is fixed, at its bound, or not
-    /// identifiable.
+    /// Cramer-Rao standard error for white residuals; NaN where it is fixed, at its bound, or shown
+    /// only in combination with others or not at all.
     pub standard_error: f64,
     /// The same for residuals that are correlated in time.
     pub standard_error_coloured: f64,

@@ -5,9 +5,11 @@
 
 import sys
 import time
+from typing import Any
 
 import numpy as np
 from dask.distributed import Client, LocalCluster
+from numpy.typing import NDArray
 
 import smart_actuator as sa
 
@@ -15,19 +17,19 @@ WORKERS = 2
 CHUNKS = 16
 
 
-def campaign(parameters):
+def campaign(parameters: dict[str, NDArray[np.float64]]) -> NDArray[Any]:
     """One share of the campaign. One thread: there is a worker on each core."""
     return sa.monte_carlo(
         parameters, preset="as-measured", input="variable-step", duration=60.0, threads=1
     )
 
 
-def cpu_s(client):
+def cpu_s(client: Client) -> float:
     """The processor time that the workers have used, s."""
-    return sum(client.run(time.process_time).values())
+    return float(sum(client.run(time.process_time).values()))
 
 
-def main():
+def main() -> None:
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else 4000
     random = np.random.default_rng(1)
     gain = random.normal(3.0, 0.1, runs)

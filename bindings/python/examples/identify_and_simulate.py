@@ -4,9 +4,7 @@ import gymnasium, matplotlib.pyplot as plt, mujoco, numpy as np, smart_actuator 
 from smart_actuator.gymnasium import posterior
 
 fit = sa.identify(sys.argv[1], models="black-box-2")["models"][0]
-known = {row["name"] for row in sa.parameters("black-box-2")}
-values = {p["name"]: p["estimate"] for p in fit["parameters"] if p["name"] in known}
-values = {name: value for name, value in values.items() if value is not None}  # None: no limit
+values = sa.fitted_parameters(fit)
 trace = sa.simulate("black-box-2", command=([0.0, 0.5], [0.0, 40.0]), duration=1.5, **values)
 
 mujoco.mj_loadPluginLibrary(sys.argv[2])

@@ -13,8 +13,16 @@ from ._native import __version__
 from ._batch import ActuatorBatch
 from ._control import to_control
 from ._export import Export, export
-from ._identify import Estimate, FitWarning, FittedModel, Identification, identify
+from ._identify import (
+    Estimate,
+    FitWarning,
+    FittedModel,
+    Identification,
+    fitted_parameters,
+    identify,
+)
 from ._mujoco import mujoco_plugin
+from ._parameters import ModelParameters
 from ._sensitivity import sensitivity
 from ._simulate import monte_carlo, simulate
 from ._stepped import Actuator, Reading
@@ -29,10 +37,12 @@ __all__ = [
     "FitWarning",
     "FittedModel",
     "Identification",
+    "ModelParameters",
     "Reading",
     "Trace",
     "__version__",
     "export",
+    "fitted_parameters",
     "identify",
     "inputs",
     "monte_carlo",

@@ -5,13 +5,31 @@ from __future__ import annotations
 import json
 import os
 import warnings
-from typing import Any, Dict, Iterable, List, Mapping, Optional, Protocol, Sequence, Tuple, TypedDict, Union, cast
+from typing import (
+    TYPE_CHECKING,
+    Any,
+    Dict,
+    Iterable,
+    List,
+    Mapping,
+    Optional,
+    Protocol,
+    Sequence,
+    Tuple,
+    TypedDict,
+    Union,
+    cast,
+    get_args,
+)
 
 from numpy.typing import ArrayLike
 
 from . import _arguments, _columns, _native
-from ._choices import DelimiterName, HoldName, LossName
+from ._choices import DelimiterName, FittedModelName, HoldName, LossName, ModelName
 from ._progress import Progress, reported
+
+if TYPE_CHECKING:
+    from ._parameters import ModelParameters
 
 #: A file, or its columns by name: a trace, a mapping, a data frame or a structured array.
 Recording = Union[str, "os.PathLike[str]", Mapping[str, ArrayLike], "DataFrame"]
@@ -32,10 +50,15 @@ class DataFrame(Protocol):
 class Estimate(TypedDict):
     """A parameter of a fitted model.
 
-    ``estimate`` is None for a limit that does not act. ``standard_error`` is the Cramer-Rao bound for white residuals, ``standard_error_coloured`` that
-    for correlated ones; both are None for a parameter that is fixed, at its bound, or not
-    identifiable. ``remark`` says so, or that the interval may not hold. ``experiment`` is the recording whose own parameter it is, None if all recordings
-    share it.
+    ``estimate`` is None for a limit that does not act. ``standard_error`` is the Cramer-Rao bound
+    for white residuals, ``standard_error_coloured`` that for correlated ones. Both are None for a
+    parameter that is fixed, that is at its bound, or that the recordings show only in combination
+    with others or not at all. All others have numbers, also where ``identifiable`` is False because
+    the error is large, because another parameter has nearly the same effect, or because a simpler
+    model fits as well. ``profile`` is the end of the 95 % interval of a parameter at its bound, and
+    ``beyond_bound`` by how many standard errors it would be beyond that. ``remark`` says that it is given, at a bound or not identifiable, or that
+    its interval may not hold. ``experiment`` is the recording whose own parameter it is, None if
+    all recordings share it.
     """
 
     name: str
@@ -46,6 +69,8 @@ class Estimate(TypedDict):
     at_bound: bool
     bound: Optional[str]
     bounds: List[Optional[float]]
+    profile: Optional[float]
+    beyond_bound: float
     identifiable: bool
     fixed: bool
     remark: str
@@ -53,8 +78,8 @@ class Estimate(TypedDict):
 
 
 class _Model(TypedDict):
-    name: str
-    model: str
+    name: FittedModelName
+    model: FittedModelName
     fit_percent: float
     parameters: List[Estimate]
     noise_deg: float
@@ -113,7 +138,11 @@ class FitWarning(UserWarning):
 def identify(
     data: Union[Recording, Sequence[Recording]],
     *,
-    models: Union[str, Sequence[str]] = ("black-box-1", "black-box-2", "grey-box"),
+    models: Union[FittedModelName, Sequence[FittedModelName]] = (
+        "black-box-1",
+        "black-box-2",
+        "grey-box",
+    ),
     validate: Union[Recording, Sequence[Recording]] = (),
     fix: Optional[Mapping[str, float]] = None,
     free: Union[str, Sequence[str]] = (),
@@ -217,6 +246,35 @@ def identify(
         for doubt in model["warnings"]:
             warnings.warn(f"{model['name']}: {doubt}", FitWarning, stacklevel=2)
     return found
+
+
+def fitted_parameters(model: FittedModel) -> ModelParameters:
+    """The estimates of a fitted model as parameters of the same model of the simulator.
+
+    ``simulate("black-box-2", **fitted_parameters(model))`` runs it. They are the values that
+    `actuator identify --parameters` writes: those that were given are among them. Left out are
+    parameters that the simulator lacks, those that have a value for each recording, and limits that
+    do not act.
+
+    :param model: one of the ``models`` of the result of :func:`identify`.
+    :raises ValueError: a model that the simulator does not have by this name. That file has the
+        parameters of the bench for a motor, and the gains for ``black-box-2-oscillator``.
+    :raises TypeError: an argument of another type.
+    """
+    if not isinstance(model, Mapping) or not {"model", "parameters"} <= set(model):
+        shown = _arguments.shown(model)
+        raise TypeError(f'model is {shown}, expected identify(...)["models"][0]')
+    name = model["model"]
+    simulated = [each for each in get_args(ModelName) if each in get_args(FittedModelName)]
+    if name not in simulated:
+        raise ValueError(f"model is {name}, expected a fitted one of {', '.join(simulated)}")
+    known = {row["name"] for row in _native.parameters(name, None)}
+    values = {
+        p["name"]: p["estimate"]
+        for p in model["parameters"]
+        if p["name"] in known and p["experiment"] is None and p["estimate"] is not None
+    }
+    return cast("ModelParameters", values)
 
 
 _text = _arguments.text

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arguments, _native
+from ._choices import FittedModelName
 from ._progress import Progress, Report, reported
 
 #: The name of the command among the names of parameters.
@@ -18,7 +19,7 @@ MOST_DERIVATIVES = 2**27
 
 
 def sensitivity(
-    model: str,
+    model: FittedModelName,
     time_s: ArrayLike,
     command_deg: ArrayLike,
     by: Sequence[str],
@@ -52,8 +53,9 @@ def sensitivity(
     )
     duty = None if duty_pct is None else _arguments.row("duty_pct", duty_pct)
     names = _arguments.names("by", by)
+    _arguments.text("model", model)
     # Each must be one of the model's.
-    model, given = _arguments.text("model", model), (_arguments.pairs("parameters", parameters), False)
+    given = _arguments.pairs("parameters", parameters), False
     others = [name for name in names if name != COMMAND]
     angle, slopes = _native.sensitivity(model, times, commands, duty, given, others)
     found = dict(zip(others, slopes))

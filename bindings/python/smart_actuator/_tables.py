@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import List, Optional, TypedDict
 
 from . import _arguments, _native
-from ._choices import ModelName, PlantName
+from ._choices import InputName, ModelName, PlantName
 
 
 class Parameter(TypedDict):
@@ -34,7 +34,7 @@ class Preset(TypedDict):
 class Input(TypedDict):
     """A standard input."""
 
-    name: str
+    name: InputName
     summary: str
     parameters: List[Parameter]
 

@@ -20,6 +20,7 @@ from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Op
 
 import numpy as np
 
+from ._choices import FittedModelName
 from ._identify import FitWarning, identify as _identify
 
 Path = Union[str, "os.PathLike[str]"]
@@ -48,7 +49,7 @@ def identify(
     paths: Union[Path, Iterable[Path]],
     *,
     out: Path,
-    model: str = "black-box-1",
+    model: FittedModelName = "black-box-1",
     client: Any = None,
     processes: Optional[int] = None,
     **options: Any,

@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arguments
+from ._choices import FittedModelName
 from ._sensitivity import COMMAND, sensitivity
 
 
 def response(
-    model: str, time_s: ArrayLike, by: Sequence[str] = (), **parameters: float
+    model: FittedModelName, time_s: ArrayLike, by: Sequence[str] = (), **parameters: float
 ) -> Callable[[Any, Any], Any]:
     """The angle of a model at ``time_s`` as a function of its commands and of parameters.
 

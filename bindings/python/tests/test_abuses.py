@@ -154,6 +154,9 @@ POSTERIOR = {
     "widen": [*NO_NUMBER, NAN, INF, -1.0, 1e300],
     "only": [5, "pole_rad_s", ["x"], [5], ["position_limit_deg"]],
 }
+#: Models that the simulator does not have.
+NOT_SIMULATED = ["motor-m1", "black-box-2-oscillator", "board", 5, None]
+FITS = [*POSTERIOR["fitted"], *({**FITTED, "model": each} for each in NOT_SIMULATED)]
 CONTROL = {
     "model": [*NO_TEXT, None, "", "bord", "motor-m1"],
     "preset": RUN["preset"],
@@ -253,6 +256,7 @@ CALLS = [
     (acted, {"actions": ACTIONS, "seed": [-1, 1.5, "1", [], [1], (1, 2, 3)]}),
     (one, {"action": [NAN, INF, [1.0, 2.0], "1", None]}),
     (drawn, POSTERIOR),
+    (lambda **w: sa.fitted_parameters(**{"model": FITTED, **w}), {"model": FITS}),
     (sa.to_control, CONTROL),
     (differentiable, JAX),
     (lambda **w: sa.Actuator().place(w.get("angle_deg", 1.0)), {"angle_deg": [*NO_NUMBER, NAN, INF, 1e9]}),

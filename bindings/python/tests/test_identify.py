@@ -81,6 +81,47 @@ def test_the_result_is_the_programs_json_bit_for_bit(tmp_path):
     assert sa.identify(str(path), starts=3, seed=5, threads=1) == json.loads(printed)
 
 
+@pytest.mark.parametrize("model", ["black-box-1", "black-box-2", "grey-box"])
+def test_the_fitted_parameters_are_those_of_the_programs_file(model, tmp_path):
+    path, file = tmp_path / "run.csv", tmp_path / "fitted.toml"
+    sa.simulate(model, input="3-2-1-1", every=80).to_pandas().to_csv(path, index=False)
+    # A fixed value is among them.
+    given = {"delay_s": 0.02}
+    options = ["--model", model, "--starts", "1", "--fix", "delay_s=0.02", "--parameters", file]
+    subprocess.run([PROGRAM, "identify", path, *options], check=True, capture_output=True)
+    written = file.read_text().split("[set]\n")[1].splitlines()
+    lines = [line.split(" #")[0].split(" = ") for line in written]
+    found = sa.identify(path, models=model, starts=1, fix=given)["models"][0]
+    fitted = sa.fitted_parameters(found)
+    assert fitted == {name: float(value) for name, value in lines}
+    assert fitted["delay_s"] == 0.02 and "position_limit_deg" not in fitted
+    assert sa.Actuator(model, **fitted).parameters.items() >= fitted.items()
+
+
+def test_fitted_parameters_are_those_that_all_recordings_share():
+    runs = [recording(seed=1), recording(seed=2, input="3-2-1-1")]
+    found = sa.identify(runs, models="black-box-1", own="offset_deg", starts=1)["models"][0]
+    assert set(sa.fitted_parameters(found)) & {"gain", "offset_deg"} == {"gain"}
+
+
+def test_a_model_that_the_simulator_lacks_has_no_parameters_of_it():
+    found = sa.identify(recording(), models="black-box-2-oscillator", starts=1)["models"][0]
+    with pytest.raises(ValueError, match="model is black-box-2-oscillator, expected .* grey-box"):
+        sa.fitted_parameters(found)
+
+
+def test_a_parameter_that_is_not_identifiable_may_have_a_standard_error():
+    # The example of the README: the large error makes the gain not identifiable.
+    run = sa.simulate(
+        "board", plant="bench", input="3-2-1-1", input_parameters={"amplitude_deg": 20.0}
+    )
+    found = estimates(sa.identify(run, models="black-box-2"))
+    gain, limit = found["position_gain_per_s2"], found["position_limit_deg"]
+    assert not gain["identifiable"] and gain["standard_error"] > 0.0
+    assert gain["remark"] == "not identifiable" and gain["standard_error_coloured"] > 0.0
+    assert limit["fixed"] and limit["estimate"] is limit["standard_error"] is None
+
+
 @pytest.mark.parametrize(
     "error, message, more",
     [

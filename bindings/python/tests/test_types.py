@@ -17,7 +17,13 @@ trace = sa.simulate("board", plant="bench", position_gain=9.0, P=9.0, duration=1
 servo = sa.Actuator("grey-box", delay_s=0.01)
 servo.advance(1.0, seconds=1 / 240)
 rate: float = servo.advance_to(1.0, 0.5).rate_deg_s
-sa.identify([trace, "run.csv"], models="black-box-1")
+found = sa.identify([trace, "run.csv"], models=["black-box-1", "servo-m2"])["models"][0]
+sa.identify(trace, models=found["name"])
+sa.simulate("black-box-1", input="ramp", **sa.fitted_parameters(found))
+fitted: sa.ModelParameters = sa.fitted_parameters(found)
+sa.Actuator("black-box-1", **fitted)
+for each in sa.inputs():
+    sa.monte_carlo({"P": [8.0]}, input=each["name"])
 sa.identify(trace.to_pandas())
 sa.identify(trace, window=(0.0, 1.0), known={"gain": 1.0})
 sa.identify([trace, trace], window=[None, (0.0, 1.0)], known=({"gain": 1.0}, None))
@@ -33,6 +39,11 @@ BAD = [
     "sa.simulate(position_gain='9')",
     "sa.Actuator().parameters['position_gain'] = 3",
     "sa.identify('run.csv', modles='black-box-1')",
+    "sa.identify('run.csv', models='blackbox')",
+    "sa.identify('run.csv', models=['black-box-1', 'board'])",
+    "sa.sensitivity('board', [0.0], [1.0], ['gain'])",
+    "fleet.identify('runs', out='fits', model='blackbox')",
+    "sa.simulate('black-box-1', **{p['name']: p['estimate'] for p in found['parameters']})",
     "sa.identify('run.csv', window=[1.0])",
     "sa.identify('run.csv', known=['gain'])",
     "sa.identify('run.csv', loss='huber')",
@@ -40,6 +51,9 @@ BAD = [
     "sa.Actuator('bord')",
     "sa.simulate('board', plant='benc')",
     "sa.simulate(pwm='switch')",
+    "sa.simulate(input='3-2-1')",
+    "sa.monte_carlo({'P': [1.0]}, input='3-2-1')",
+    "sa.export('bam', input='3-2-1')",
     "sa.ActuatorBatch(count=2, model='bord')",
     "sa.to_control('grey-box', loop='close')",
     "sa.export('mujoco')",
@@ -57,6 +71,8 @@ BAD = [
     [
         (_choices.ModelName, lambda name: sa.parameters(name)),
         (_choices.PlantName, lambda name: sa.parameters("board", name)),
+        (_choices.FittedModelName, lambda name: sa.identify("missing.csv", models=name)),
+        (_choices.InputName, lambda name: sa.simulate(input=name, duration=0.01)),
         (_choices.PwmName, lambda name: sa.Actuator(pwm=name)),
         (_choices.CommandName, lambda name: sa.Actuator(plant="bench").advance(0.0, ticks=1, input=name)),
         (_choices.LoopName, lambda name: sa.to_control(loop=name)),
@@ -89,7 +105,7 @@ def test_the_names_of_the_parameters_are_current():
 
 def test_a_type_checker_finds_misspelt_parameters(tmp_path):
     file = tmp_path / "use.py"
-    lines = ["import smart_actuator as sa", *BAD]
+    lines = ["from smart_actuator import fleet", *BAD]
     file.write_text(GOOD + "\n".join(lines) + "\n")
     command = [sys.executable, "-m", "mypy", "--strict", "--cache-dir", tmp_path / "cache", file]
     found = subprocess.run(command, capture_output=True, text=True, cwd=tmp_path).stdout
