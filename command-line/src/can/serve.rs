@@ -5,7 +5,7 @@ use std::net::{SocketAddr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::sync::mpsc;
+use std::sync::mpsc::{self, Receiver};
 use std::thread;
 
 use canopen::NodeId;
@@ -63,8 +63,9 @@ pub struct Serve {
     /// Faults as they are written to this file or pipe, one a line; `-` for standard input
     ///
     /// The number of an actuator and `encoder-lost`, `encoder-back`, `jam`, `free`, `load NM`,
-    /// `supply VOLTS`, `bus-off`, `bus-on`, `sdo-delay MS`, `mute` (no heartbeats) or `unmute`.
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["emulated", "protocol"])]
+    /// `supply VOLTS`, `bus-off`, `bus-on`, `sdo-delay MS`, `mute` (no heartbeats) or `unmute`. An
+    /// emulated board takes those of its shaft, its encoder and its supply.
+    #[arg(long, value_name = "FILE", conflicts_with = "protocol")]
     node_faults: Option<PathBuf>,
     #[command(flatten)]
     boards: Boards,
@@ -125,14 +126,8 @@ impl Serve {
             )
         });
         let mut bus = Bus::new(nodes.collect::<Result<_, _>>()?);
-        if let Some(path) = self.node_faults.clone() {
-            let (sender, faults) = mpsc::channel();
+        if let Some(faults) = self.faults(vec![false; count.into()]) {
             bus.set_faults(faults);
-            let refused = move |fault: &Fault| {
-                let is_missing = fault.node > usize::from(count);
-                is_missing.then(|| format!("the bus has {count} actuators"))
-            };
-            thread::spawn(move || read_faults(&path, refused, &sender));
         }
         let mut server = Server::new(bus);
         #[cfg(unix)]
@@ -150,6 +145,21 @@ impl Serve {
         })?;
         self.ready(&address, count)?;
         run(&mut server, Some(listener), &stop, &address)
+    }
+
+    /// The faults at run time, of actuators of which these are emulated.
+    fn faults(&self, are_emulated: Vec<bool>) -> Option<Receiver<Fault>> {
+        let path = self.node_faults.clone()?;
+        let (sender, faults) = mpsc::channel();
+        let refused = move |fault: &Fault| match are_emulated.get(fault.node - 1) {
+            None => Some(format!("the bus has {} actuators", are_emulated.len())),
+            Some(true) if !fault.change.is_of_plant() => {
+                Some("an emulated board has no such fault".to_owned())
+            }
+            Some(_) => None,
+        };
+        thread::spawn(move || read_faults(&path, refused, &sender));
+        Some(faults)
     }
 
     /// The number of actuators, and no options that contradict each other.
@@ -221,7 +231,10 @@ impl Serve {
         let line = self.ready_line(&address, count, programs.kind(count));
         // The server also runs if nothing reads the line.
         let ready = move || drop(print(&line));
-        emulated::serve(&programs, &plants, transport, Box::new(ready), stop).map_err(Error::Board)
+        let are_emulated = (1..=count).map(|number| programs.of(number).is_some());
+        let faults = self.faults(are_emulated.collect());
+        let ready = Box::new(ready);
+        emulated::serve(&programs, &plants, faults, transport, ready, stop).map_err(Error::Board)
     }
 
     #[cfg(all(feature = "board", unix))]

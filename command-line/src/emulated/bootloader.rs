@@ -4,9 +4,11 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::Receiver;
 
 use bootloader::layout::STM32F427;
 use bootloader::{ACTUATOR_BOARD, State, Version};
+use host_sim::can::node_fault::Change;
 use host_sim::file;
 use program_image::signed::{Description, development_key, read_key, sign_elf};
 use virtual_board::board::ChipKind;
@@ -130,8 +132,10 @@ impl Bootloader {
     }
 }
 
-/// Ends a run, and writes the flash into its file.
+/// Applies the faults at run time, ends a run, and writes the flash into its file.
 pub struct Keeper {
+    /// Faults of the board.
+    pub faults: Receiver<Change>,
     /// Set when the run is to end.
     pub stop: Arc<AtomicBool>,
     /// The file, if the flash is kept.
@@ -142,6 +146,9 @@ pub struct Keeper {
 
 impl Keeper {
     fn keep(&mut self, view: &mut View<'_>) -> Flow {
+        for change in self.faults.try_iter() {
+            change.apply_to(&mut view.plant.defects);
+        }
         if !self.stop.load(Relaxed) {
             return Flow::Continue;
         }

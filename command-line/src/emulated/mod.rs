@@ -12,10 +12,12 @@ mod transport;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::{self, Receiver};
 use std::thread;
 
 use firmware::drive::StoredParameters;
 use firmware::store::first_page;
+use host_sim::can::node_fault::{Change, Fault};
 use model_core::plant::board::BoardPlantOptions;
 use virtual_board::board::ChipKind;
 use virtual_board::can::Port;
@@ -47,36 +49,40 @@ const FOR_EVER_NS: u64 = u64::MAX / 2;
 const BIT_S: u32 = 1_000_000;
 
 /// Runs an actuator for each of these plants, with node-IDs and serial numbers from 1, and the
-/// communication board, until `stop` is set; calls `ready` once all have started.
+/// communication board, until `stop` is set; calls `ready` once all have started. The faults are
+/// applied as they come.
 ///
 /// # Errors
 /// Those of the emulator.
 pub fn serve(
     programs: &Programs,
     plants: &[BoardPlantOptions],
+    faults: Option<Receiver<Fault>>,
     transport: Box<dyn Transport>,
     ready: Box<dyn FnOnce() + Send>,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
     let mut emulated = Vec::new();
     let mut native = Vec::new();
-    for (number, plant) in (1..).zip(plants) {
+    let faults = distributed(faults, plants.len());
+    for ((number, plant), faults) in (1..).zip(plants).zip(faults) {
         match programs.of(number) {
-            Some(program) => emulated.push((number, program, plant)),
-            None => native.push((number, *plant)),
+            Some(program) => emulated.push((number, program, plant, faults)),
+            None => native.push((number, *plant, faults)),
         }
     }
     let ports = vec![Port::at_rate(BIT_S); native.len()];
     let bus = SharedBus::new(ports, emulated.len() + 1).in_real_time();
-    let native = NativeActuators::new(bus.clone(), &native, programs.has_dronecan)?;
+    let native = NativeActuators::new(bus.clone(), native, programs.has_dronecan)?;
     let mut connections = bus.connections().into_iter();
     thread::scope(|scope| {
         let mut boards = Vec::new();
-        for ((number, program, plant), connection) in emulated.into_iter().zip(&mut connections) {
+        for (board, connection) in emulated.into_iter().zip(&mut connections) {
             let run = move || {
                 let _stop_on_end = StopOnDrop(stop);
+                let (number, program, plant, faults) = board;
                 let options = options(programs, program, number, plant)?;
-                run_actuator(program, number, options, connection, stop)
+                run_actuator((program, number), options, faults, connection, stop)
             };
             boards.push(scope.spawn(run));
         }
@@ -95,6 +101,21 @@ pub fn serve(
         }
         done
     })
+}
+
+/// The faults of each of so many actuators, as they come.
+fn distributed(faults: Option<Receiver<Fault>>, count: usize) -> Vec<Receiver<Change>> {
+    let (senders, receivers): (Vec<_>, Vec<_>) = (0..count).map(|_| mpsc::channel()).unzip();
+    if let Some(faults) = faults {
+        thread::spawn(move || {
+            for fault in faults {
+                let sender = senders.get(fault.node - 1);
+                // A board that has ended has none.
+                sender.map(|sender| sender.send(fault.change));
+            }
+        });
+    }
+    receivers
 }
 
 /// Stops all runs when one ends: the chain needs every board.
@@ -132,9 +153,9 @@ fn options(
 }
 
 fn run_actuator(
-    program: &Program,
-    number: u8,
+    (program, number): (&Program, u8),
     options: Options,
+    faults: Receiver<Change>,
     connection: BusConnection,
     stop: &Arc<AtomicBool>,
 ) -> Result<(), String> {
@@ -147,6 +168,7 @@ fn run_actuator(
         ..Attachments::default()
     };
     let script = Keeper {
+        faults,
         stop: Arc::clone(stop),
         file,
         error: None,

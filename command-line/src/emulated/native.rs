@@ -1,7 +1,10 @@
 //! Native actuators on the bus of the emulated boards.
 
+use std::sync::mpsc::Receiver;
+
 use canopen::{CanFrame, NodeId};
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
+use host_sim::can::node_fault::Change;
 use model_core::plant::board::BoardPlantOptions;
 use virtual_board::can::{Frame, Id, Port};
 use virtual_board::run::SharedBus;
@@ -13,7 +16,8 @@ const MAILBOXES: usize = 3;
 /// The actuators, each of which has the port of its place.
 pub struct NativeActuators {
     bus: SharedBus,
-    nodes: Vec<NativeNode<'static>>,
+    /// Each with its faults at run time.
+    nodes: Vec<(NativeNode<'static>, Receiver<Change>)>,
 }
 
 impl NativeActuators {
@@ -23,25 +27,27 @@ impl NativeActuators {
     /// For a parameter of a plant that is out of range.
     pub fn new(
         bus: SharedBus,
-        plants: &[(u8, BoardPlantOptions)],
+        plants: Vec<(u8, BoardPlantOptions, Receiver<Change>)>,
         has_dronecan: bool,
     ) -> Result<Self, String> {
-        let node = |(number, plant): &(u8, BoardPlantOptions)| {
+        let node = |(number, plant, faults): (u8, BoardPlantOptions, _)| {
             // As long as the program runs, as the boards.
             let capture = vec![0; CAPTURE_VALUES].leak();
-            if has_dronecan {
-                return NativeNode::with_dronecan(*number, plant, capture);
-            }
-            NativeNode::new((*number).into(), NodeId::new(*number), plant, capture)
+            let node = match has_dronecan {
+                true => NativeNode::with_dronecan(number, &plant, capture),
+                false => NativeNode::new(number.into(), NodeId::new(number), &plant, capture),
+            };
+            node.map(|node| (node, faults))
         };
-        let nodes = plants.iter().map(node).collect::<Result<_, _>>();
+        let nodes = plants.into_iter().map(node).collect::<Result<_, _>>();
         let nodes = nodes.map_err(|error| error.to_string())?;
         Ok(Self { bus, nodes })
     }
 
     /// Receives, runs the control period that is due, and transmits.
     pub fn poll(&mut self, now_ns: u64) {
-        for (port, node) in self.nodes.iter_mut().enumerate() {
+        for (port, (node, faults)) in self.nodes.iter_mut().enumerate() {
+            faults.try_iter().for_each(|change| node.apply(change));
             self.bus.with_port(port, |port| {
                 for frame in port.take_received().iter().filter_map(received) {
                     node.receive(&frame);

@@ -210,15 +210,19 @@ fn exchange(client: &mut TcpStream, bytes: &[u8], line: &str) {
 }
 
 #[test]
-fn programs_of_both_chips_and_native_actuators_share_a_bus() {
+fn programs_of_both_chips_and_native_actuators_share_a_bus_and_take_faults_at_run_time() {
+    let cli = Cli::new();
+    // An emulated board takes no fault of the bus, and there is no ninth.
+    cli.write("faults", "1 mute\n2 supply 5.2\n9 jam\n3 supply 4.8\n");
+    let faults = cli.path("faults").display().to_string();
     let programs = [
         cross_build::board_elf(),
         cross_build::board_h743_elf(),
         Path::new("native"),
     ];
     let what = "4 emulated and native actuators with node-IDs 1 to 4";
-    let chain = Chain::of_programs(&programs, &["--nodes", "4"], what);
-    let cli = Cli::new();
+    let options = ["--nodes", "4", "--node-faults", &faults];
+    let chain = Chain::of_programs(&programs, &options, what);
     let value = |command: &str| {
         let command = format!("{command} --bus {}", chain.address);
         let limit = Duration::from_secs(60);
@@ -243,6 +247,13 @@ fn programs_of_both_chips_and_native_actuators_share_a_bus() {
             (mdeg - 5000 * node).abs() < 1000,
             "node {node} is at {mdeg} mdeg"
         );
+    }
+    for (node, expected_mv) in [(1, 6000), (2, 5200), (3, 4800), (4, 6000)] {
+        let mv: i32 = value(&format!("get 6079 --node {node}"))
+            .parse()
+            .expect("a number");
+        // Noise, and the drop of the current that holds.
+        assert!((mv - expected_mv).abs() < 200, "node {node}: {mv} mV");
     }
 }
 

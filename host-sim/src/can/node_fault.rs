@@ -5,7 +5,7 @@ use std::str::FromStr;
 
 use canopen::CanFrame;
 use embedded_can::Frame;
-use model_core::plant::board::Defects;
+use model_core::plant::board::{Defects, EncoderWire, Stuck};
 
 /// A fault of an actuator, or its end.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -33,6 +33,28 @@ pub enum Change {
     SdoDelay(u64),
     /// No heartbeats are sent, or they are again.
     Mute(bool),
+}
+
+impl Change {
+    /// Whether it concerns the shaft, the encoder or the supply, and not the bus.
+    pub fn is_of_plant(self) -> bool {
+        self.apply_to(&mut Defects::default())
+    }
+
+    /// Begins or ends a fault of the shaft, the encoder or the supply; returns false, without
+    /// effect, for one of the bus.
+    pub fn apply_to(self, defects: &mut Defects) -> bool {
+        match self {
+            Self::EncoderLost(is_lost) => {
+                defects.encoder_wire = is_lost.then_some((EncoderWire::Data, Stuck::High));
+            }
+            Self::Jam(is_jammed) => defects.is_jammed = is_jammed,
+            Self::Load(torque_nm) => defects.torque_nm = torque_nm,
+            Self::Supply(volts) => defects.source_v = Some(volts),
+            Self::BusOff(_) | Self::SdoDelay(_) | Self::Mute(_) => return false,
+        }
+        true
+    }
 }
 
 /// A line that names no fault.
@@ -100,12 +122,10 @@ impl BusFaults {
     pub fn apply(&mut self, change: Change, defects: &mut Defects) {
         match change {
             Change::EncoderLost(is_lost) => self.is_encoder_lost = is_lost,
-            Change::Jam(is_jammed) => defects.is_jammed = is_jammed,
-            Change::Load(torque_nm) => defects.torque_nm = torque_nm,
-            Change::Supply(volts) => defects.source_v = Some(volts),
             Change::BusOff(is_off) => self.is_off = is_off,
             Change::SdoDelay(delay_us) => self.delay_us = delay_us,
             Change::Mute(is_mute) => self.is_mute = is_mute,
+            of_plant => drop(of_plant.apply_to(defects)),
         }
     }
 
