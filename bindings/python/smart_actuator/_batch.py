@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _arguments, _native
-from ._choices import ModelName, PlantName
+from ._choices import ModelName, PlantName, PresetName
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -47,7 +47,7 @@ class ActuatorBatch:
         step_s: float = 0.02,
         model: ModelName = "board",
         plant: Optional[PlantName] = None,
-        preset: Optional[str] = None,
+        preset: Optional[PresetName] = None,
         seed: int = 0,
         threads: Optional[int] = None,
         **fixed: Unpack[ModelParameters],

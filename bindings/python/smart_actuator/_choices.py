@@ -22,6 +22,15 @@ FittedModelName = Literal[
     "servo-m6",
 ]
 PlantName = Literal["first-order", "bench"]
+PresetName = Literal[
+    "paper",
+    "consistent",
+    "asymmetric",
+    "as-measured",
+    "as-measured-retuned",
+    "as-printed",
+    "as-printed-strict",
+]
 InputName = Literal[
     "pulse",
     "variable-step",

@@ -7,13 +7,13 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _arguments, _native
-from ._choices import LoopName, ModelName
+from ._choices import LoopName, ModelName, PresetName
 
 #: Of an approximation of a delay: a higher one is lost in rounding.
 _HIGHEST_ORDER = 20
 
 
-def _values(model: str, preset: Optional[str], given: dict[str, float]) -> dict[str, float]:
+def _values(model: str, preset: Optional[PresetName], given: dict[str, float]) -> dict[str, float]:
     _arguments.warn(preset)
     plant = "first-order" if model == "board" else None
     actuator = _native.Actuator(model, plant, preset, 0, "average", _arguments.pairs("parameters", given))
@@ -23,7 +23,7 @@ def _values(model: str, preset: Optional[str], given: dict[str, float]) -> dict[
 def to_control(
     model: ModelName = "grey-box",
     *,
-    preset: Optional[str] = None,
+    preset: Optional[PresetName] = None,
     loop: LoopName = "closed",
     pade: int = 0,
     **parameters: float,

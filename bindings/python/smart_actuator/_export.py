@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, List, Mapping, Optional, TypedDict
 
 from . import _arguments, _native
-from ._choices import InputName, ModelName, PlantName, TargetName
+from ._choices import InputName, ModelName, PlantName, PresetName, TargetName
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -28,7 +28,7 @@ def export(
     model: ModelName = "board",
     *,
     plant: Optional[PlantName] = None,
-    preset: Optional[str] = None,
+    preset: Optional[PresetName] = None,
     input: InputName = "3-2-1-1",
     input_parameters: Optional[Mapping[str, float]] = None,
     step_s: Optional[float] = None,

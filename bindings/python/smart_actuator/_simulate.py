@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _arguments, _native
 from ._arguments import Points
-from ._choices import InputName, ModelName, PlantName, PwmName
+from ._choices import InputName, ModelName, PlantName, PresetName, PwmName
 from ._progress import Progress, reported
 from ._sensitivity import of_run
 from ._trace import Trace
@@ -39,7 +39,7 @@ def simulate(
     model: ModelName = "board",
     *,
     plant: Optional[PlantName] = None,
-    preset: Optional[str] = None,
+    preset: Optional[PresetName] = None,
     input: Optional[InputName] = None,
     input_parameters: Optional[Mapping[str, float]] = None,
     command: Optional[Points] = None,
@@ -112,7 +112,7 @@ def monte_carlo(
     *,
     model: ModelName = "board",
     plant: Optional[PlantName] = None,
-    preset: Optional[str] = None,
+    preset: Optional[PresetName] = None,
     input: Optional[InputName] = None,
     input_parameters: Optional[Mapping[str, float]] = None,
     command: Optional[Points] = None,

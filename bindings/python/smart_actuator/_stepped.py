@@ -7,7 +7,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Mapping, NamedTuple, Optional, overload
 
 from . import _arguments, _native
-from ._choices import CommandName, ModelName, PlantName, PwmName
+from ._choices import CommandName, ModelName, PlantName, PresetName, PwmName
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -74,7 +74,7 @@ class Actuator:
         model: ModelName = "board",
         *,
         plant: Optional[PlantName] = None,
-        preset: Optional[str] = None,
+        preset: Optional[PresetName] = None,
         seed: int = 0,
         pwm: PwmName = "average",
         **parameters: Unpack[ModelParameters],

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import List, Optional, TypedDict
 
 from . import _arguments, _native
-from ._choices import InputName, ModelName, PlantName
+from ._choices import InputName, ModelName, PlantName, PresetName
 
 
 class Parameter(TypedDict):
@@ -24,7 +24,7 @@ class Parameter(TypedDict):
 class Preset(TypedDict):
     """An interpretation of the paper: the ``values`` of parameters that differ from their defaults."""
 
-    name: str
+    name: PresetName
     summary: str
     warning: Optional[str]
     models: List[str]

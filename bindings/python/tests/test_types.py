@@ -50,6 +50,7 @@ BAD = [
     "sa.identify('run.csv', hold='first')",
     "sa.Actuator('bord')",
     "sa.simulate('board', plant='benc')",
+    "sa.simulate('board', preset='papr')",
     "sa.simulate(pwm='switch')",
     "sa.simulate(input='3-2-1')",
     "sa.monte_carlo({'P': [1.0]}, input='3-2-1')",
@@ -96,6 +97,10 @@ def test_the_choices_are_those_that_are_accepted(names, call):
     listed = is_accepted("none of them").split("expected")[1].split(" of ")[0].replace(" or ", ", ")
     listed = {name.strip(" `.;") for name in listed.split(",")}
     assert set(get_args(names)) == listed
+
+
+def test_the_presets_are_those_of_their_table():
+    assert set(get_args(_choices.PresetName)) == {preset["name"] for preset in sa.presets()}
 
 
 def test_the_names_of_the_parameters_are_current():
