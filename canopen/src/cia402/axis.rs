@@ -102,8 +102,8 @@ pub struct Offsets {
     /// Added to the output of the position loop: velocity offset 60B1h of cyclic synchronous
     /// position mode.
     pub velocity: i32,
-    /// Added to the output of the velocity loop: torque offset 60B2h of the cyclic synchronous modes
-    /// of position and velocity; thousandths of the rated torque.
+    /// Added to the output of the velocity loop: torque offset 60B2h of the cyclic synchronous
+    /// modes of position and velocity; thousandths of the rated torque.
     pub torque: i16,
 }
 
