@@ -51,20 +51,22 @@ pub fn print(text: &str) -> Result<(), Error> {
 /// Results as JSON, in all commands that compute.
 #[derive(Debug, Args)]
 pub struct Json {
-    /// Writes all results as JSON: to a file `.json`, or without one to standard output, where nothing
-    /// else is printed
+    /// Writes all results as JSON: to a file `.json`, or without one to standard output, where
+    /// nothing else is printed
     #[arg(long = "json", value_name = "FILE", num_args = 0..=1, default_missing_value = "-")]
     #[arg(value_parser = json_file)]
     path: Option<PathBuf>,
 }
 
-/// A file for JSON. A recording behind `--json` is none, and is not overwritten.
+/// A file for JSON, a pipe or a device. A file of another kind, as a recording that follows
+/// `--json`, is refused.
 fn json_file(name: &str) -> Result<PathBuf, String> {
     let path = PathBuf::from(name);
     let is_json = path
         .extension()
         .is_some_and(|it| it.eq_ignore_ascii_case("json"));
-    match is_json || is_standard_output(&path) {
+    let is_stream = is_standard_output(&path) || path.exists() && !path.is_file();
+    match is_json || is_stream {
         true => Ok(path),
         false => Err("expected a file .json, or `-`".to_owned()),
     }
@@ -94,11 +96,15 @@ impl Json {
             return print(&json());
         }
         // First: standard output may be closed.
-        if let Some(path) = self.file() {
-            file::write(path, json())?;
+        let written = self.file().map(|path| (path, file::write(path, json())));
+        if let Some((path, Ok(()))) = &written {
             note!("JSON: {}", path.display());
         }
-        tables()
+        tables()?;
+        match written {
+            Some((_, Err(error))) => Err(error.into()),
+            _ => Ok(()),
+        }
     }
 }
 

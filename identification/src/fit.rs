@@ -70,10 +70,10 @@ pub struct Combination {
 
 impl Estimate {
     /// Whether it was searched for in vain: the experiments do not determine it, it is at a bound of
-    /// its range, or its standard error is as large as it is.
+    /// its range, or it is a positive quantity with a standard error as large as itself.
     pub fn is_undetermined(&self) -> bool {
         let error = self.standard_error.max(self.standard_error_coloured);
-        let is_lost = error >= self.value.abs();
+        let is_lost = self.bounds.0 >= 0.0 && error >= self.value;
         !self.fixed && (!self.identifiable || self.at_bound.is_some() || is_lost)
     }
 }
@@ -184,9 +184,9 @@ mod tests {
             name: "inertia_kg_m2",
             unit: "kg m^2",
             experiment: None,
-            value: -0.02,
+            value: 0.02,
             start: 0.01,
-            bounds: (-1.0, 1.0),
+            bounds: (0.0, 1.0),
             fixed: false,
             standard_error: white,
             standard_error_coloured: coloured,
@@ -203,5 +203,11 @@ mod tests {
             ..with_errors(f64::NAN, f64::NAN)
         };
         assert!(!held.is_undetermined());
+        // An offset may be zero.
+        let offset = Estimate {
+            bounds: (-1.0, 1.0),
+            ..with_errors(0.03, 0.03)
+        };
+        assert!(!offset.is_undetermined());
     }
 }

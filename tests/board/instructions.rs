@@ -1,7 +1,8 @@
 //! Instructions of a control period, counted between entry and return of its handlers.
 
 use board_tests::frames::{
-    Frame, control, faults, is_operation_enabled, mode, statuswords, velocity, write, write_real,
+    Frame, control, faults, is_operation_enabled, mode, responses, statuswords, velocity, write,
+    write_real,
 };
 use board_tests::master::{ENABLED_TICK, Master, driven, to_and_fro};
 use board_tests::program::{LOOP_PRIORITY, firmware, handlers, run_master, run_script};
@@ -237,11 +238,10 @@ const WITH_EVERYTHING: u64 = 11_000;
 
 /// Objects that are 0 by default: feed-forward of velocity and model, the dead band, offsets of
 /// velocity and torque, polarity, jerk-limited profiles.
-const EVERYTHING: [(u16, u8, u32, u8); 8] = [
+const EVERYTHING: [(u16, u8, u32, u8); 7] = [
     (0x2013, 1, 1_000, 2),
     (0x2013, 2, 1_000, 2),
     (0x2013, 3, 132, 2),
-    (0x60C2, 1, 20, 1),
     (0x60B1, 0, 5_000, 4),
     (0x60B2, 0, 10, 2),
     (0x607E, 0, 0xC0, 1),
@@ -267,7 +267,7 @@ fn modes(tick: u64, has_all: bool) -> Vec<Frame> {
     };
     let torque = (sign as i16 * 200) as u16;
     match tick {
-        8..=15 if has_all => {
+        8..=14 if has_all => {
             let (index, sub, value, size) = EVERYTHING[tick as usize - 8];
             vec![write(index, sub, value, size)]
         }
@@ -295,6 +295,8 @@ fn no_mode_of_operation_takes_the_loop_beyond_its_limit() {
         let (_, last) = *statuswords(&finished).last().expect("the board reports");
         assert!(is_operation_enabled(last), "{last:04x}");
         assert_eq!(faults(&finished), []);
+        let aborts = responses(&finished).into_iter().filter(|it| it[0] == 0x80);
+        assert_eq!(aborts.count(), 0);
         for (mode, from) in MODES.into_iter().zip((100..).step_by(250)) {
             let running = from * 4_000_000..(from + 250) * 4_000_000;
             let tick = worst(&finished, |at_ns| running.contains(&at_ns));

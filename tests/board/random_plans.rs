@@ -1,7 +1,7 @@
-//! Random plans of faults: sensors that lie, loads that pull, supplies that sag, each at rest, in
-//! motion of each kind of mode, and while the parameters are saved. `FAULT_PLANS` is the number of plans natively,
-//! `FAULT_PLANS_EMULATED` that of the emulated board. During an update the loop is that of a drive
-//! at rest, bit for bit (`whole_update.rs`).
+//! Random plans of faults: sensors that lie, loads that pull, supplies that sag, each at rest, in a
+//! motion of each kind of mode, and while the parameters are saved. `FAULT_PLANS` is the number of
+//! plans natively, `FAULT_PLANS_EMULATED` that of the emulated board. During an update the loop is
+//! that of a drive at rest, bit for bit (`whole_update.rs`).
 
 mod plan;
 

@@ -86,10 +86,18 @@ fn no_stop_turns_the_shaft_back_in_any_phase_of_a_motion() {
             Stop::Silence,
             Stop::ResetNode,
         ] {
+            // A profile needs no further commands.
+            if matches!(stop, Stop::Silence) && matches!(mode, 1 | 3) {
+                continue;
+            }
             for &after_ms in phases_ms.iter().step_by(each) {
                 let (rate, way, back) = travel(mode, after_ms, stop);
                 println!(
                     "| {mode} | {stop:?} | {after_ms} ms | {rate:.0} deg/s | {way:.1} deg | {back:.2} deg |"
+                );
+                assert!(
+                    after_ms < 100 || rate > 40.0,
+                    "mode {mode}: {rate:.0} deg/s"
                 );
                 if back > BACK_DEG {
                     wrong.push(format!(

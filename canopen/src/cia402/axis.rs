@@ -133,8 +133,8 @@ pub struct Output {
 ///
 /// A mode starts when operation is enabled, after a quick stop and with each change of 6060h. It
 /// starts at the actual position and holds it: a target acts once it has been written in a later
-/// period than that in which the mode started. What was written before, in another mode or while
-/// the power was off, moves nothing.
+/// period than that in which the mode started. A target that was written before, in another mode or
+/// while the power was off, moves nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Axis {
     machine: StateMachine,

@@ -249,7 +249,7 @@ fn cyclic_velocity_adds_its_offset_and_is_limited() {
     assert!(has(output.statusword, statusword::INTERNAL_LIMIT));
 }
 
-/// What acts of these offsets behind a control period with this controlword.
+/// The offsets in effect behind a control period with this controlword.
 fn offsets(bench: &mut Bench, word: u16, velocity: i32, torque: i16) -> (i32, i16) {
     bench.command(word);
     let wanted = Offsets { velocity, torque };
@@ -258,11 +258,11 @@ fn offsets(bench: &mut Bench, word: u16, velocity: i32, torque: i16) -> (i32, i1
 }
 
 #[test]
-fn offsets_of_cyclic_modes_act_behind_the_first_target_and_within_the_limits() {
+fn offsets_of_cyclic_modes_act_while_enabled_that_of_the_velocity_behind_the_first_target() {
     let mut bench = Bench::new(Mode::CyclicPosition);
     bench.writes(false);
-    for word in [0, 6, 7, ENABLE, ENABLE] {
-        assert_eq!(offsets(&mut bench, word, 50_000, 300), (0, 0));
+    for (word, torque) in [(0, 0), (6, 0), (7, 0), (ENABLE, 300), (ENABLE, 300)] {
+        assert_eq!(offsets(&mut bench, word, 50_000, 300), (0, torque));
     }
     bench.writes(true);
     for (wanted, expected) in [
@@ -273,7 +273,7 @@ fn offsets_of_cyclic_modes_act_behind_the_first_target_and_within_the_limits() {
         assert_eq!(found, expected, "607Fh and 6072h");
     }
     let halt = ENABLE | controlword::HALT;
-    assert_eq!(offsets(&mut bench, halt, 50_000, 300), (0, 0));
+    assert_eq!(offsets(&mut bench, halt, 50_000, 300), (0, 300));
     for mode in MODES {
         bench.input.mode = mode;
         bench.run(2);

@@ -42,15 +42,22 @@ const GREATEST_PCT: i32 = 75;
 /// The shaft stands below this back-EMF: 5 deg/s at 20 mV per deg/s.
 const STANDING_MV: i32 = 100;
 
-/// The sign of the back-EMF counts from here: 15 deg/s, so that a slow motion, as a homing, shows
-/// it.
-const COUNTED_MV: i32 = 300;
+/// The sign of the back-EMF counts from here: 30 deg/s.
+const COUNTED_MV: i32 = 600;
 
 /// Likewise of `duty V - i R` over the resistance, beyond a third of the current, by which the
-/// resistance may be wrong. The back-EMF of 15 deg/s makes 39 mA; 20 mA are the greatest offset of
-/// the current at rest, and the change of the back-EMF between its sample and that of the current
-/// is 22 mA at most. A wrong sign would need an error of 64 mA and a third of the current.
-const COUNTED_MA: i32 = 25;
+/// resistance may be wrong: 15 times half a code, and two thirds of the current of a shorted motor
+/// at 30 deg/s.
+const COUNTED_MA: i32 = 50;
+
+/// The same at a small duty, `duty V/R` below [`SLOW_MA`], as in a homing: from 20 deg/s, 52 mA.
+/// Errors of resistance and ripple are in proportion to the duty: 30 % of the resistance are 23 mA.
+/// With 20 mA of offset of the current, 10 mA of the legs' dividers, and 22 mA, by which the
+/// back-EMF changes between its sample and that of the current, a wrong sign needs 77 mA, and all
+/// errors at once are 75 mA.
+const SLOW_MV: i32 = 400;
+const SLOW_COUNTED_MA: i32 = 25;
+const SLOW_MA: i32 = 100;
 
 /// Control periods, 12 ms, after which the sign is known.
 const KNOWN: i8 = 3;
@@ -110,11 +117,18 @@ impl BackEmfBrake {
     }
 
     fn observe(&mut self, current: PeriodCurrent, back_emf_mv: i32) {
-        let expected_ma = current.stall_ma - current.mean_ma;
         // Wires do not change: what is known stays known whatever the current sense shows later.
-        let counts = self.agreed != KNOWN
-            && back_emf_mv.abs() >= COUNTED_MV
-            && expected_ma.abs() >= COUNTED_MA + current.mean_ma.abs() / 3;
+        if self.agreed == KNOWN {
+            return;
+        }
+        let expected_ma = current.stall_ma - current.mean_ma;
+        let (from_mv, from_ma) = if current.stall_ma.abs() < SLOW_MA {
+            (SLOW_MV, SLOW_COUNTED_MA)
+        } else {
+            (COUNTED_MV, COUNTED_MA)
+        };
+        let counts = back_emf_mv.abs() >= from_mv
+            && expected_ma.abs() >= from_ma + current.mean_ma.abs() / 3;
         if counts {
             let agrees = (expected_ma > 0) == (back_emf_mv > 0);
             let agreed = self.agreed + if agrees { 1 } else { -1 };
@@ -167,12 +181,14 @@ mod tests {
     fn duty(sign: i32, (back_emf_mv, supply_mv): (i32, i32)) -> Percent {
         let mut brake = BackEmfBrake::default();
         for _ in 0..3 {
-            brake.observe_driven(current(500, 300), 300 * sign);
+            brake.observe_driven(current(500, 300), 600 * sign);
         }
         // Neither a small back-EMF nor a current that leaves it open counts.
         for _ in 0..10 {
-            brake.observe_driven(current(-500, -300), 299 * sign);
-            brake.observe_driven(current(-500, -670), 300 * sign);
+            brake.observe_driven(current(-500, -300), 599 * sign);
+            brake.observe_driven(current(-500, -670), 600 * sign);
+            brake.observe_driven(current(-99, -30), 399 * sign);
+            brake.observe_driven(current(-99, -75), 400 * sign);
         }
         let voltages = (back_emf_mv, supply_mv);
         brake.opposing(&CurrentLimits::DEFAULT, &Ripple::of(7.7, 1e-3), voltages)
@@ -229,6 +245,20 @@ mod tests {
             brake.observe_driven(current(500, 900), 800);
         }
         let ripple = Ripple::of(7.7, 1e-3);
+        let duty = brake.opposing(&CurrentLimits::DEFAULT, &ripple, (900, 6000));
+        assert_eq!(duty, percent(-60.0));
+    }
+
+    #[test]
+    fn a_slow_motion_shows_the_sign_of_the_back_emf() {
+        let mut brake = BackEmfBrake::default();
+        let ripple = Ripple::of(7.7, 1e-3);
+        for _ in 0..3 {
+            let duty = brake.opposing(&CurrentLimits::DEFAULT, &ripple, (900, 6000));
+            assert_eq!(duty, Percent::ZERO);
+            // 25 deg/s with a friction of 27 mA.
+            brake.observe_driven(current(92, 27), 500);
+        }
         let duty = brake.opposing(&CurrentLimits::DEFAULT, &ripple, (900, 6000));
         assert_eq!(duty, percent(-60.0));
     }

@@ -94,7 +94,8 @@ impl Application {
     fn follow_setpoint(&mut self, settings: Settings<'_>, setpoint: Setpoint) -> CascadeStep {
         let control = &settings.board.control;
         let mdeg_s = self.feed_forward.rate_mdeg_s();
-        if self.feed_forward.is_active() {
+        let is_forward = self.feed_forward.is_active();
+        if is_forward {
             // At a position limit of the loop the shaft stands, whatever the axis demands.
             if self.last_step.limits.position {
                 self.feed_forward.demand(0, 0);
@@ -103,7 +104,8 @@ impl Application {
             let change = self.feed_forward.change(supply_mv);
             self.control.feed_forward(change);
         }
-        if settings.dead_band.is_on() && self.rests(settings, setpoint) {
+        // A shaft that a demanded voltage holds does not rest without duty.
+        if settings.dead_band.is_on() && !is_forward && self.rests(settings, setpoint) {
             return (self.control).follow_duty(control, Percent::ZERO, Percent::ZERO);
         }
         match (mdeg_s, setpoint) {

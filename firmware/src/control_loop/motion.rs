@@ -172,17 +172,21 @@ impl State {
         }
     }
 
-    /// What acts of the commanded offsets. They belong to the targets of the master: on the way to
-    /// the failsafe position nothing does.
+    /// The commanded offsets in effect. That of the velocity belongs to the targets of the master:
+    /// it is zero on the way to the failsafe position.
     fn offsets(&self, parameters: &LoopParameters) -> Offsets {
         let wanted = Offsets {
             velocity: self.command.velocity_offset_mdeg_s,
             torque: self.command.target_torque_permille,
         };
-        if wanted == Offsets::default() || self.failsafe.retreats() {
-            return Offsets::default();
+        if wanted == Offsets::default() {
+            return wanted;
         }
-        self.axis.offsets(wanted, &parameters.axis)
+        let mut offsets = self.axis.offsets(wanted, &parameters.axis);
+        if self.failsafe.retreats() {
+            offsets.velocity = 0;
+        }
+        offsets
     }
 
     /// Feeds a demanded velocity and the offsets forward while the commands of the mailbox are

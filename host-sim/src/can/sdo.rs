@@ -72,8 +72,8 @@ pub fn abort_text(code: u32) -> String {
         ),
         (
             Abort::DeviceState,
-            "not possible in the present state of the device: it is enabled, has no power, is locked \
-             by its service password, or has not yet what it needs for this",
+            "not possible in the present state of the device: it is enabled, has no power, is \
+             locked by its service password, or lacks what this needs",
         ),
         (Abort::NoData, "there is no data"),
         (Abort::Hardware, "the hardware failed"),

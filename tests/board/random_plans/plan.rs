@@ -37,7 +37,7 @@ impl State {
     fn least_drift_deg_s(self) -> f64 {
         match self {
             Self::Held | Self::Saving => 4.0,
-            // Of one way at 25 deg/s 45 % are allowed.
+            // In a motion in one direction the tolerance is 45 % of 25 deg/s.
             Self::Homing => 20.0,
             _ => 12.0,
         }
@@ -50,6 +50,13 @@ impl State {
         match self {
             Self::Homing => 75.0,
             _ => 30.0,
+        }
+    }
+
+    fn greatest_scale_pct(self) -> f64 {
+        match self {
+            Self::Homing => 100.0,
+            _ => 60.0,
         }
     }
 
@@ -240,7 +247,7 @@ fn plan(draw: &mut Draw, state: State) -> Plan {
             }
         }
         12 => {
-            let percent = draw.either(state.least_scale_pct(), state.least_scale_pct() + 25.0);
+            let percent = draw.either(state.least_scale_pct(), state.greatest_scale_pct());
             lie("scale", at(Fault::EncoderScale { percent }))
         }
         13 => {

@@ -61,7 +61,7 @@ impl Timings {
         let timings = Self {
             program: target.join("release/actuator"),
             recording: target.join("figures-recording.csv"),
-            page: target.join("figures-page"),
+            page: target.join("figures-page.json"),
         };
         timings.process("simulate black-box-1 --input pulse --every 80 --csv RECORDING")?;
         Ok(timings)

@@ -184,18 +184,21 @@ impl Axis {
         }
     }
 
-    /// What acts of the offsets 60B1h and 60B2h in the control period of the last [`Axis::step`]. A
-    /// constant velocity offset makes a constant position error: it does not turn the shaft beyond
-    /// a position limit.
+    /// The offsets 60B1h and 60B2h in effect in the control period of the last [`Axis::step`]. That
+    /// of the velocity belongs to a motion, from the first target until a stop; that of the torque
+    /// to a load, which a stop does not end. A constant velocity offset makes a constant position
+    /// error: it does not hold the shaft beyond a position limit.
     #[must_use]
     pub fn offsets(&self, wanted: Offsets, parameters: &Parameters) -> Offsets {
-        let follows = self.state() == Cia402State::OperationEnabled && !self.is_stopping;
+        let is_enabled = self.state() == Cia402State::OperationEnabled;
         let torque = within_max_torque(wanted.torque, parameters);
-        match self.mode.filter(|_| follows && self.has_target) {
-            Some(Mode::CyclicVelocity) => Offsets {
-                velocity: 0,
-                torque,
-            },
+        let only_torque = Offsets {
+            velocity: 0,
+            torque,
+        };
+        match self.mode.filter(|_| is_enabled) {
+            Some(Mode::CyclicVelocity) => only_torque,
+            Some(Mode::CyclicPosition) if self.is_stopping || !self.has_target => only_torque,
             Some(Mode::CyclicPosition) => {
                 let (offset, _) = within_max_velocity(wanted.velocity, parameters);
                 let distance = distance_to_limit(self.ramp.position(), parameters, offset);

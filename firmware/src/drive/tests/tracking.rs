@@ -93,6 +93,18 @@ fn the_torque_60b2h_is_added_at_once_in_the_cyclic_modes_of_position_and_velocit
             (change - expected * of_torque).abs() < 0.01,
             "{mode}: {change}, {of_torque}"
         );
+        // A halt does not end it: a load is held on.
+        let before = bench
+            .actuator
+            .device
+            .drive
+            .outputs()
+            .telemetry
+            .duty
+            .to_f64();
+        bench.control(0x10F);
+        let duty = bench.step().telemetry.duty.to_f64();
+        assert!((duty - before).abs() < 1.0, "{mode}: {before}, {duty}");
     }
 }
 
