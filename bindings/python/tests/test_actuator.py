@@ -108,7 +108,7 @@ NAN = float("nan")
         (TypeError, "either ticks or seconds", {"command_deg": 1.0, "ticks": 1, "seconds": 1.0}),
         (ValueError, "ticks is -1, expected", {"command_deg": 1.0, "ticks": -1}),
         (TypeError, "ticks is 1.5, expected", {"command_deg": 1.0, "ticks": 1.5}),
-        (ValueError, "command_deg is 10+, expected an angle from -32768", {"command_deg": 1e308, "ticks": 1}),
+        (ValueError, "command_deg is 1e308, expected an angle from -32768", {"command_deg": 1e308, "ticks": 1}),
         (ValueError, "command_deg is 32768, expected", {"command_deg": 32768.0, "seconds": 1.0}),
         (ValueError, "expected 200000000000 at most", {"command_deg": 1.0, "ticks": 2**63}),
         (ValueError, "seconds is -0.1, expected", {"command_deg": 1.0, "seconds": -0.1}),

@@ -85,8 +85,8 @@ def test_other_threads_run_meanwhile():
         time.sleep(0.001)
         beats += 1
     worker.join()
-    # With a blocked interpreter there would be one or two.
-    assert beats > 20
+    # With a blocked interpreter there would be one or two; on a loaded machine each wait is longer.
+    assert beats > 5
 
 
 def campaign(_):
