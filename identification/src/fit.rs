@@ -69,8 +69,8 @@ pub struct Combination {
 }
 
 impl Estimate {
-    /// Whether it was searched for in vain: the experiments do not determine it, it is at a bound of
-    /// its range, or it is a positive quantity with a standard error as large as itself.
+    /// Whether it was searched for in vain: the experiments do not determine it, it is at a bound
+    /// of its range, or it is a positive quantity with a standard error as large as itself.
     pub fn is_undetermined(&self) -> bool {
         let error = self.standard_error.max(self.standard_error_coloured);
         let is_lost = self.bounds.0 >= 0.0 && error >= self.value;

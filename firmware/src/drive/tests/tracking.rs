@@ -7,6 +7,22 @@ use super::*;
 /// A count of the encoder, mdeg.
 const COUNT_MDEG: i32 = 88;
 
+fn outputs(bench: &Bench) -> &Outputs {
+    bench.actuator.device.drive.outputs()
+}
+
+/// Enables the drive and turns it with 50 deg/s by a target in each control period; returns the
+/// following error after 0.8 s, mdeg.
+fn ramp(bench: &mut Bench) -> i32 {
+    bench.enable();
+    for period in 0..200 {
+        let [a, b, c, d] = i32::to_le_bytes(period * 200);
+        bench.send(0x401, &[0x0F, 0, a, b, c, d]);
+        bench.step();
+    }
+    bench.step().motion.following_error_mdeg
+}
+
 /// The following error 0.8 s after the start of a ramp of 50 deg/s by a target in each control
 /// period, mdeg, with these shares of feed-forward.
 fn lag_mdeg(velocity_permille: u32, model_permille: u32) -> i32 {
@@ -15,13 +31,7 @@ fn lag_mdeg(velocity_permille: u32, model_permille: u32) -> i32 {
     bench.set(0x60C2, 1, 4, 1);
     bench.set(0x2013, 1, velocity_permille, 2);
     bench.set(0x2013, 2, model_permille, 2);
-    bench.enable();
-    for period in 0..200 {
-        let [a, b, c, d] = i32::to_le_bytes(period * 200);
-        bench.send(0x401, &[0x0F, 0, a, b, c, d]);
-        bench.step();
-    }
-    bench.step().motion.following_error_mdeg
+    ramp(&mut bench)
 }
 
 #[test]
@@ -41,51 +51,39 @@ fn the_lag_vanishes_with_60b1h_of_the_same_velocity_until_a_halt_ends_it() {
     bench.set(0x6060, 0, 8, 1);
     bench.set(0x60C2, 1, 4, 1);
     bench.set(0x60B1, 0, 50_000, 4);
-    bench.enable();
-    for period in 0..200 {
-        let [a, b, c, d] = i32::to_le_bytes(period * 200);
-        bench.send(0x401, &[0x0F, 0, a, b, c, d]);
-        bench.step();
-    }
-    let error = bench.step().motion.following_error_mdeg;
+    let error = ramp(&mut bench);
     assert!(error.abs() <= 200 + 2 * COUNT_MDEG, "{error}");
     bench.control(0x10F);
     bench.steps(250);
     assert!(
-        bench
-            .actuator
-            .device
-            .drive
-            .outputs()
-            .motion
-            .following_error_mdeg
-            .abs()
-            <= COUNT_MDEG,
+        outputs(&bench).motion.following_error_mdeg.abs() <= COUNT_MDEG,
         "at rest"
     );
 }
 
 #[test]
 fn the_torque_60b2h_is_added_at_once_in_the_cyclic_modes_of_position_and_velocity() {
-    for (mode, expected) in [(1, 0.0), (3, 0.0), (8, 1.0), (9, 1.0)] {
+    // Also of a shaft that rests within a dead band.
+    for (mode, expected, dead_band) in [
+        (1, 0.0, 0),
+        (3, 0.0, 0),
+        (8, 1.0, 0),
+        (8, 1.0, 132),
+        (9, 1.0, 0),
+    ] {
         let mut bench = Bench::new();
+        bench.set(0x2013, 3, dead_band, 2);
         bench.set(0x2040, 1, 0, 4);
         bench.set(0x6060, 0, mode, 1);
         bench.enable();
         let target = if mode == 8 { 0x607A } else { 0x60FF };
         bench.set(target, 0, 0, 4);
-        bench.steps(20);
-        let supply_mv = f64::from(bench.actuator.device.drive.outputs().telemetry.supply_mv);
+        bench.steps(250);
+        let supply_mv = f64::from(outputs(&bench).telemetry.supply_mv);
         let ohm = f32::from_bits(bench.get(0x2011, 1));
         let rated_ma = f64::from(bench.get(0x6075, 0));
-        let before = bench
-            .actuator
-            .device
-            .drive
-            .outputs()
-            .telemetry
-            .duty
-            .to_f64();
+        let before = outputs(&bench).telemetry.duty.to_f64();
+        assert!(dead_band == 0 || before == 0.0, "{before}");
         bench.set(0x60B2, 0, 100, 2);
         let change = bench.step().telemetry.duty.to_f64() - before;
         let of_torque = 100.0 * 0.1 * rated_ma * f64::from(ohm) / supply_mv;
@@ -94,14 +92,7 @@ fn the_torque_60b2h_is_added_at_once_in_the_cyclic_modes_of_position_and_velocit
             "{mode}: {change}, {of_torque}"
         );
         // A halt does not end it: a load is held on.
-        let before = bench
-            .actuator
-            .device
-            .drive
-            .outputs()
-            .telemetry
-            .duty
-            .to_f64();
+        let before = outputs(&bench).telemetry.duty.to_f64();
         bench.control(0x10F);
         let duty = bench.step().telemetry.duty.to_f64();
         assert!((duty - before).abs() < 1.0, "{mode}: {before}, {duty}");
