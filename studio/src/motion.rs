@@ -156,9 +156,9 @@ pub fn take_mode(core: &Core, client: &mut Client, mode: i8) -> Result<(), Clien
 /// Stops a drive: at once, and until it is off.
 pub fn stop(core: &Arc<Core>, number: u8) {
     let is_there = core.with_node(number, |node| {
+        node.is_stopping |= node.is_powered() || node.moved_by().is_some();
         node.stops.fetch_add(1, Ordering::SeqCst);
         node.target = None;
-        node.is_stopping |= node.is_powered() || node.moved_by().is_some();
         node.is_actuator
     });
     if is_there == Some(true) {

@@ -14,6 +14,7 @@ use host_sim::can::telemetry::Telemetry;
 use serde_json::{Value, json};
 
 use crate::bus::decode::nmt_state;
+use crate::guarded::Guard;
 use crate::record::Record;
 use crate::web::PageId;
 
@@ -65,8 +66,9 @@ pub struct Node {
     pub latched: i64,
     /// The page on whose request it is enabled.
     pub enabled_by: Option<PageId>,
-    /// The page on whose request it is commissioned, which enables and disables its drive.
-    pub commissioned_by: Option<PageId>,
+    /// The page on whose request it is commissioned, which enables and disables its drive, and the
+    /// stops since.
+    pub commissioned_by: Option<(PageId, Guard)>,
     /// It monitors the heartbeat of this program, which must continue until the monitoring ends.
     pub is_watching: bool,
     /// A stop was requested, and the drive is not off yet.
@@ -93,9 +95,13 @@ impl Node {
             .is_some_and(|word| word & 0x6F == 0x27 || word & 0x6F == 0x07)
     }
 
-    /// The page on whose request it moves or may move.
+    /// The page on whose request it moves or may move. A commissioning that was stopped moves
+    /// nothing more: it restores the parameters of before.
     pub fn moved_by(&self) -> Option<PageId> {
-        self.enabled_by.or(self.commissioned_by)
+        let commissioned = self.commissioned_by.iter();
+        let mut moving = commissioned.filter(|(_, guard)| !guard.is_stopped());
+        self.enabled_by
+            .or_else(|| moving.next().map(|(page, _)| *page))
     }
 
     /// Whether it takes the targets of pages.

@@ -25,7 +25,7 @@ pub fn enable(context: Context, node: u8) {
         if node.is_stopping && !node.is_powered() {
             (node.is_stopping, node.enabled_by) = (false, None);
         }
-        match (node.is_stopping, node.commissioned_by) {
+        match (node.is_stopping, &node.commissioned_by) {
             (true, _) => Some("the drive is stopping"),
             (_, Some(_)) => Some("the actuator is being commissioned"),
             _ => None,

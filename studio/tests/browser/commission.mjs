@@ -88,11 +88,19 @@ try {
   await other.until("[...document.querySelectorAll('#node option')].length && import('/state.js').then(({ state }) => state.log.some(({ text }) => text === 'stopped: its page is closed'))");
   await other.until("import('/state.js').then(({ chosen }) => !chosen().is_commissioned && !chosen().is_enabled)");
   assert.deepEqual(await parameters(other), before);
+  const stops = await other.evaluate("import('/state.js').then(({ state }) => state.log.filter(({ text }) => text === 'stopped: its page is closed').length)");
+  assert.equal(stops, 1, 'one stop, and nothing between the transfers that restore the parameters');
   await other.until("document.getElementById('control').textContent.includes('Watching') || document.getElementById('control').textContent.includes('has control')");
   if ((await other.text('#control')).includes('Watching')) await other.tap('#control button');
   await other.until("document.getElementById('control').textContent.includes('has control')");
   console.log('refused, stopped, ended, and stopped with its page');
 
+  // The stops have left the shaft where it was.
+  await other.enable();
+  await other.moveTo(0);
+  await other.tap('#disable');
+  await other.until("document.querySelector('#drive').textContent === 'switch on disabled'");
+  await other.show('commission');
   await begin(other, '-25', '25.0');
   const begun = Date.now();
   await over(other);

@@ -93,17 +93,17 @@ pub fn commission(context: Context, order: Order) {
     };
     let Order { node, saves, .. } = order;
     let (page, reply) = (context.page, context.reply.clone());
+    let guard = context.core.guard(node);
     let is_free = context.core.with_node(node, |node| {
         let is_free = node.commissioned_by.is_none() && !node.is_stopping;
         if is_free {
-            node.commissioned_by = Some(page);
+            node.commissioned_by = Some((page, guard.clone()));
         }
         is_free
     });
     if is_free != Some(true) {
         return reply.result(Err("the actuator is stopping or being commissioned".into()));
     }
-    let guard = context.core.guard(node);
     let begun = context.core.spawn(move |core, task| {
         let (done, ended) = mpsc::channel();
         let run = Run {
