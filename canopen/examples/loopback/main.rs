@@ -1,7 +1,7 @@
 //! Serves one node as slcan over TCP on the loopback interface, for clients on the same computer:
 //!
 //! ```text
-//! cargo run -p canopen --example loopback -- 29536 5
+//! cargo run -p canopen-device --example loopback -- 29536 5
 //! ```
 //!
 //! listens on port 29536 (0: any) with node-ID 5 (255: none, for LSS) and prints one line when it
