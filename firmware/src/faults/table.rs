@@ -350,8 +350,9 @@ pub const TABLE: [FaultDescription; 24] = {
         row(
             Fault::CurrentImplausible,
             "current implausible",
-            "for 60 ms, in sum, a mean current below a third of (duty x supply - back-EMF)/resistance where that is 150 mA \
-             or more, or 150 mA and 43 % of both parts beyond it: the current sense is wrong, or the motor is not connected",
+            "for 60 ms, in sum, a sampled current below a third of the expected sample where that is 100 mA or more, or a mean \
+             current 150 mA and 44 % of both parts beyond (duty x supply - back-EMF)/resistance: the current sense is wrong, or \
+             the motor is not connected",
             Driven,
             0x5210,
         ),

@@ -117,17 +117,21 @@ mod tests {
         travelled: Some(0),
         magnet: Some(Magnet::Steady),
         sampled_ma: Some(0),
-        current: Some(PeriodCurrent {
-            mean_ma: 0,
-            stall_ma: 0,
-            square_ma2: 0,
-        }),
+        current: no_current_at_a_stall_current_of(0),
         back_emf_mv: Some(0),
         is_blind: false,
         supply_mv: Some(6_000),
         temperature_mdeg_c: Some(25_000),
         ..UNMEASURED
     };
+
+    const fn no_current_at_a_stall_current_of(stall_ma: i32) -> Option<PeriodCurrent> {
+        Some(PeriodCurrent {
+            mean_ma: 0,
+            stall_ma,
+            square_ma2: 0,
+        })
+    }
 
     /// The counters after one control period with these samples, if any, and conditions.
     fn counted(samples: Option<&Samples>, conditions: &Conditions<'_>) -> [u16; 13] {
@@ -171,14 +175,12 @@ mod tests {
             (Counter::Unmeasured, |m| m.current = None),
             (Counter::NoBackEmf, |m| m.is_blind = true),
             (Counter::CurrentImplausible, |m| {
-                m.current = Some(PeriodCurrent {
-                    mean_ma: 0,
-                    stall_ma: 300,
-                    square_ma2: 0,
-                });
+                m.current = no_current_at_a_stall_current_of(300);
             }),
+            // It runs freely: 900 mV at 7.7 ohm.
             (Counter::MotorPolarity, |m| {
                 (m.travelled, m.back_emf_mv) = (Some(1), Some(-900));
+                m.current = no_current_at_a_stall_current_of(-116);
             }),
         ];
         let alone = |counter| Counter::ALL.map(|other| u16::from(other == counter));

@@ -2,13 +2,18 @@
 //!
 //! ```text
 //! expected mean current = (duty supply - back-EMF)/resistance
+//! expected sample = expected mean current + pulse
 //! ```
 //!
-//! A dead current sense reads zero. A winding that is hot or that has brushes of high resistance
-//! takes less than expected, but not less than a third: copper would have to be at 500 deg C. No
-//! motor takes more than its resistance and its back-EMF permit, of which each may be off by 30 %:
-//! a resistance of 70 % gives `1/0.7 - 1` = 43 % more of both currents, of which the expected one
-//! is the difference.
+//! The current pulses ([`Ripple`]): the sample in the on time is larger than the mean by a part of
+//! `supply/resistance`, however little current the motor takes. A dead current sense reads zero where
+//! 27 mA of friction in slow motion, at a duty of 7 %, are a sample of 150 mA. A winding that is hot
+//! or that has brushes of high resistance takes less than expected, but not less than a third:
+//! copper would have to be at 500 deg C.
+//!
+//! No motor takes more than its resistance and its back-EMF permit, of which each may be off by
+//! 30 %: a resistance of 70 % gives `1/0.7 - 1` = 43 %, at most 7/16, more of both currents, of
+//! which the expected one is the difference.
 //!
 //! A motor that is connected the wrong way round turns against the loop, which drives it to its
 //! full rate. Its back-EMF has the sign of the voltage, and the encoder turns the other way, by
@@ -32,9 +37,19 @@ pub const CURRENT_IMPLAUSIBLE_PERIODS: i32 = 60 / CONTROL_PERIOD_MS;
 /// comparison of the travels finds the encoder implausible ([`super::travel`]).
 pub const MOTOR_POLARITY_PERIODS: i32 = 12 / CONTROL_PERIOD_MS;
 
-/// Expected current from which it is compared: a fifth of the stall current of 780 mA, and 45
-/// times the error of half a code and the table of the ripple.
-const COMPARED_MA: i32 = 150;
+/// Expected sample from which a small one is compared. A winding of 120 deg C with 130 % of the
+/// resistance takes `1/(1.3 x 1.37)` = 56 % of the expected current, and an inductance of 130 % makes
+/// 77 % of the pulse: less 10 mA of offset of the amplifier, 46 mA are left, and a third is 33 mA.
+const LEAST_SAMPLE_MA: i32 = 100;
+
+/// A pulse against the mean has to be so many times as large: with 77 % of the pulse and 143 % of the
+/// mean, of a resistance of 70 %, `3 x 0.77 - 1.43` = 0.88 of the mean is left, and a third of the
+/// expected sample is 0.67. For 100 mA that is a margin of 10 mA, the offset of the amplifier.
+const PULSE_OVER_MEAN: i32 = 3;
+
+/// Error of the expected mean current, a fifth of the stall current of 780 mA: in a reversal the
+/// back-EMF changes between its sample and that of the current.
+const MEAN_ERROR_MA: i32 = 150;
 
 /// Rate of the encoder against the motor: half of that of `stuck_back_emf_mv`. In the play of the
 /// gears a load turns the shaft slowly against a motor that takes it up.
@@ -83,20 +98,32 @@ impl PlausibilityGuard {
 }
 
 fn is_implausible(ripple: &Ripple, c: &Conditions<'_>) -> Option<bool> {
-    let current = c.measured.current?;
+    let (current, sampled_ma) = (c.measured.current?, c.measured.sampled_ma?);
     let back_emf_ma = ripple.of_back_emf_ma(c.measured.back_emf_mv?);
+    // All below 2^19 mA: no product overflows.
     let expected_ma = current.stall_ma - back_emf_ma;
-    let is_compared = c.is_driving && expected_ma.abs() >= COMPARED_MA;
-    // In its direction: the mean of a sample of zero is against it, as the current pulses.
-    let mean_ma = current.mean_ma * expected_ma.signum();
-    let is_small = is_compared && 3 * mean_ma < expected_ma.abs();
-    // Both below 2^19 mA.
+    let pulse_ma = sampled_ma - current.mean_ma;
+    let expected_sample_ma = expected_ma + pulse_ma;
+    // A brake's mean current is against its pulse.
+    let is_certain = (pulse_ma < 0) == (expected_ma < 0)
+        || pulse_ma.abs() >= PULSE_OVER_MEAN * expected_ma.abs();
+    let is_compared = c.is_driving && is_certain && expected_sample_ma.abs() >= LEAST_SAMPLE_MA;
+    let is_small = is_compared && is_below_a_third(sampled_ma, expected_sample_ma);
     let parts_ma = current.stall_ma.abs() + back_emf_ma.abs();
-    let beyond_ma = (current.mean_ma - expected_ma).abs() - COMPARED_MA;
-    let is_large = c.is_driving && beyond_ma > parts_ma * 43 / 100;
+    let beyond_ma = (current.mean_ma - expected_ma).abs() - MEAN_ERROR_MA;
+    let is_large = c.is_driving && beyond_ma > parts_ma * 7 / 16;
     // A motor that takes little current shows nothing while it is driven.
     let is_known = is_compared || is_large || !c.is_driving;
     is_known.then_some(is_small || is_large)
+}
+
+/// Whether a value is below a third of another one, in its direction.
+fn is_below_a_third(value: i32, whole: i32) -> bool {
+    if whole < 0 {
+        3 * value > whole
+    } else {
+        3 * value < whole
+    }
 }
 
 fn turns_against_back_emf(limits: &EncoderLimits, c: &Conditions<'_>) -> Option<bool> {

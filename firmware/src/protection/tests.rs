@@ -55,22 +55,40 @@ fn periods_until(mut is_present: impl FnMut() -> bool) -> Option<u32> {
     (1..=200).find(|_| is_present())
 }
 
-/// Periods until a current is implausible where 300 mA are expected without a back-EMF, of a motor
-/// with these mean currents and back-EMF in turn.
-fn until_implausible_in_turn(periods: &[(i32, i32)]) -> Option<u32> {
+/// A current whose sample is larger than its mean by this pulse, where 300 mA are expected without a
+/// back-EMF.
+#[derive(Clone, Copy)]
+struct Pulsed {
+    sampled_ma: i32,
+    pulse_ma: i32,
+    back_emf_mv: i32,
+}
+
+/// A current without a pulse, with this back-EMF.
+fn constant(mean_ma: i32, back_emf_mv: i32) -> Pulsed {
+    Pulsed {
+        sampled_ma: mean_ma,
+        pulse_ma: 0,
+        back_emf_mv,
+    }
+}
+
+/// Periods until the current of a motor is implausible, with these currents in turn.
+fn until_implausible(currents: &[Pulsed]) -> Option<u32> {
     let ripple = Ripple::of(10.0, 1e-3);
     let mut guard = PlausibilityGuard::default();
-    let mut periods = periods.iter().cycle();
+    let mut currents = currents.iter().cycle();
     periods_until(|| {
-        let (mean_ma, back_emf_mv) = *periods.next().expect("a period");
+        let it = *currents.next().expect("a period");
         let current = PeriodCurrent {
-            mean_ma,
+            mean_ma: it.sampled_ma - it.pulse_ma,
             stall_ma: 300,
             square_ma2: 0,
         };
         let measured = Measured {
+            sampled_ma: Some(it.sampled_ma),
             current: Some(current),
-            back_emf_mv: Some(back_emf_mv),
+            back_emf_mv: Some(it.back_emf_mv),
             ..UNMEASURED
         };
         let present = guard.check(&EncoderLimits::DEFAULT, &ripple, true, &driven(&measured));
@@ -78,28 +96,44 @@ fn until_implausible_in_turn(periods: &[(i32, i32)]) -> Option<u32> {
     })
 }
 
-/// The same of one mean current and back-EMF.
-fn until_implausible(mean_ma: i32, back_emf_mv: i32) -> Option<u32> {
-    until_implausible_in_turn(&[(mean_ma, back_emf_mv)])
+#[test]
+fn less_than_a_third_of_the_expected_current_is_implausible_after_60_ms() {
+    let until = |mean_ma, back_emf_mv| until_implausible(&[constant(mean_ma, back_emf_mv)]);
+    assert_eq!(until(99, 0), Some(15));
+    assert_eq!(until(100, 0), None);
+    assert_eq!(until(-200, 0), Some(15), "against the voltage");
+    // 1 V at 10 ohm are 100 mA less; below 100 mA nothing is compared.
+    assert_eq!(until(66, 1000), Some(15));
+    assert_eq!(until(67, 1000), None);
+    assert_eq!(until(0, 2000), Some(15));
+    assert_eq!(until(0, 2010), None);
 }
 
 #[test]
-fn less_than_a_third_of_the_expected_current_is_implausible_after_60_ms() {
-    assert_eq!(until_implausible(99, 0), Some(15));
-    assert_eq!(until_implausible(100, 0), None);
-    assert_eq!(until_implausible(-200, 0), Some(15), "against the voltage");
-    // 1 V at 10 ohm are 100 mA less; below 150 mA nothing is compared.
-    assert_eq!(until_implausible(66, 1000), Some(15));
-    assert_eq!(until_implausible(67, 1000), None);
-    assert_eq!(until_implausible(0, 1510), None);
+fn the_pulse_of_a_slow_motor_shows_a_dead_current_sense() {
+    // Of 2.73 V 27 mA are expected, and 100 mA of the sample.
+    let until = |sampled_ma, pulse_ma, back_emf_mv| {
+        until_implausible(&[Pulsed {
+            sampled_ma,
+            pulse_ma,
+            back_emf_mv,
+        }])
+    };
+    assert_eq!(until(0, 73, 2730), Some(15));
+    assert_eq!(until(33, 73, 2730), Some(15));
+    assert_eq!(until(34, 73, 2730), None);
+    // A brake: 50 mA against a pulse that is three times as large; 51 mA.
+    assert_eq!(until(33, 150, 3500), Some(15));
+    assert_eq!(until(34, 150, 3500), None);
+    assert_eq!(until(0, 152, 3510), None);
 }
 
 #[test]
 fn periods_in_which_little_current_is_expected_neither_count_nor_clear() {
-    // With 2 V of back-EMF 100 mA are expected: the 15th of the others is the 43rd period.
-    let [dead, sound, little] = [(0, 0), (300, 0), (0, 2000)];
-    assert_eq!(until_implausible_in_turn(&[dead, little, little]), Some(43));
-    assert_eq!(until_implausible_in_turn(&[dead, sound, little]), None);
+    // With 2.01 V of back-EMF 99 mA are expected: the 15th of the others is the 43rd period.
+    let [dead, sound, little] = [constant(0, 0), constant(300, 0), constant(0, 2010)];
+    assert_eq!(until_implausible(&[dead, little, little]), Some(43));
+    assert_eq!(until_implausible(&[dead, sound, little]), None);
 }
 
 /// Periods until the motor's polarity is wrong, of a shaft with this rate and back-EMF.

@@ -4,6 +4,7 @@ extern crate std;
 
 mod conditions;
 mod current_limit;
+mod current_sense;
 mod duty_limit;
 mod faults;
 mod missing_samples;
