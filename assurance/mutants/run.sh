@@ -14,27 +14,28 @@ files=()
 add() { for file in "$@"; do files+=(--file "$file"); done; }
 # Neither built nor run: doc tests, examples, tests of other parts.
 tests=(--cargo-arg=--lib)
+folder=canopen
 case $part in
 control)
-    package=model-core
+    package=model-core folder=model-core
     for file in rate_loop position_loop rate_estimate cascade shaft_tracker arithmetic encoder_word \
         units scaled pwm_timer cascade/single_precision; do
         add "model-core/src/control/$file.rs"
     done
     ;;
 application)
-    package=firmware
+    package=firmware folder=firmware
     add firmware/src/application.rs 'firmware/src/application/*.rs' \
         firmware/src/protection.rs 'firmware/src/protection/*.rs'
     ;;
 canopen)
-    package=canopen
+    package=canopen-device
     add 'canopen/src/**/*.rs'
     files+=(--exclude 'canopen/src/cia402/**' --exclude 'canopen/src/slcan/**')
     tests+=(--cargo-arg=--test=device)
     ;;
 cia402 | slcan)
-    package=canopen
+    package=canopen-device
     add "canopen/src/$part/**/*.rs"
     tests+=("--cargo-arg=--test=$part")
     ;;
@@ -53,6 +54,6 @@ CARGO_INCREMENTAL=1 CARGO_PROFILE_DEV_DEBUG=none nice cargo mutants --package "$
 caught=$(wc -l <"$out/mutants.out/caught.txt") missed=$(wc -l <"$out/mutants.out/missed.txt")
 echo "$caught of $((caught + missed)) are detected; not accepted:"
 # Without line numbers, which change with the file.
-sed "s/^$package\/src\///; s/:[0-9]*:[0-9]*:/:/" "$out/mutants.out/missed.txt" | while read -r mutant; do
+sed "s/^$folder\/src\///; s/:[0-9]*:[0-9]*:/:/" "$out/mutants.out/missed.txt" | while read -r mutant; do
     grep -qF "$mutant |" assurance/mutants/accepted.txt || echo "$mutant"
 done

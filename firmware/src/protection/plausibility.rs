@@ -7,7 +7,7 @@
 //!
 //! The current pulses ([`Ripple`]): the sample in the on time is larger than the mean by a part of
 //! `supply/resistance`, however little current the motor takes. A dead current sense reads zero where
-//! 27 mA of friction in slow motion, at a duty of 7 %, are a sample of 150 mA. A winding that is hot
+//! 27 mA of friction in slow motion, at a duty of 7 %, are a sample of 165 mA. A winding that is hot
 //! or that has brushes of high resistance takes less than expected, but not less than a third:
 //! copper would have to be at 500 deg C.
 //!
@@ -38,14 +38,16 @@ pub const CURRENT_IMPLAUSIBLE_PERIODS: i32 = 60 / CONTROL_PERIOD_MS;
 pub const MOTOR_POLARITY_PERIODS: i32 = 12 / CONTROL_PERIOD_MS;
 
 /// Expected sample from which a small one is compared. A winding of 120 deg C with 130 % of the
-/// resistance takes `1/(1.3 x 1.37)` = 56 % of the expected current, and an inductance of 130 % makes
-/// 77 % of the pulse: less 10 mA of offset of the amplifier, 46 mA are left, and a third is 33 mA.
+/// resistance takes `1/(1.3 x 1.37)` = 56 % of the expected current, and with 130 % of the inductance
+/// its pulse is at least 64 %: less 10 mA of offset of the amplifier, 46 mA are left, and a third
+/// is 33 mA.
 const LEAST_SAMPLE_MA: i32 = 100;
 
-/// A pulse against the mean has to be so many times as large: with 77 % of the pulse and 143 % of the
-/// mean, of a resistance of 70 %, `3 x 0.77 - 1.43` = 0.88 of the mean is left, and a third of the
-/// expected sample is 0.67. For 100 mA that is a margin of 10 mA, the offset of the amplifier.
-const PULSE_OVER_MEAN: i32 = 3;
+/// A pulse against the mean has to be so many times as large. A resistance of 70 % gives 143 % of the
+/// mean, and with 130 % of the inductance at least 62 % of the pulse: of the mean `6 x 0.62 - 1.43` =
+/// 2.29 are left, and a third of the expected sample is `(6 - 1)/3` = 1.67. For 100 mA that is a
+/// margin of 12 mA, and the offset of the amplifier is 10 mA.
+const PULSE_OVER_MEAN: i32 = 6;
 
 /// Error of the expected mean current, a fifth of the stall current of 780 mA: in a reversal the
 /// back-EMF changes between its sample and that of the current.
@@ -100,12 +102,14 @@ impl PlausibilityGuard {
 fn is_implausible(ripple: &Ripple, c: &Conditions<'_>) -> Option<bool> {
     let (current, sampled_ma) = (c.measured.current?, c.measured.sampled_ma?);
     let back_emf_ma = ripple.of_back_emf_ma(c.measured.back_emf_mv?);
-    // All below 2^19 mA: no product overflows.
+    // The currents of supply and back-EMF are below 2^19 mA, the sums below 2^20: no product
+    // overflows.
     let expected_ma = current.stall_ma - back_emf_ma;
     let pulse_ma = sampled_ma - current.mean_ma;
     let expected_sample_ma = expected_ma + pulse_ma;
     // A brake's mean current is against its pulse.
-    let is_certain = (pulse_ma < 0) == (expected_ma < 0)
+    let is_certain = pulse_ma == 0
+        || (pulse_ma < 0) == (expected_ma < 0)
         || pulse_ma.abs() >= PULSE_OVER_MEAN * expected_ma.abs();
     let is_compared = c.is_driving && is_certain && expected_sample_ma.abs() >= LEAST_SAMPLE_MA;
     let is_small = is_compared && is_below_a_third(sampled_ma, expected_sample_ma);

@@ -73,22 +73,29 @@ fn constant(mean_ma: i32, back_emf_mv: i32) -> Pulsed {
     }
 }
 
-/// Periods until the current of a motor is implausible, with these currents in turn.
+/// Periods until the current of a motor is implausible, with these currents in turn, in both
+/// directions.
 fn until_implausible(currents: &[Pulsed]) -> Option<u32> {
+    let [forward, backward] = [1, -1].map(|sign| until_implausible_towards(sign, currents));
+    assert_eq!(forward, backward);
+    forward
+}
+
+fn until_implausible_towards(sign: i32, currents: &[Pulsed]) -> Option<u32> {
     let ripple = Ripple::of(10.0, 1e-3);
     let mut guard = PlausibilityGuard::default();
     let mut currents = currents.iter().cycle();
     periods_until(|| {
         let it = *currents.next().expect("a period");
         let current = PeriodCurrent {
-            mean_ma: it.sampled_ma - it.pulse_ma,
-            stall_ma: 300,
+            mean_ma: sign * (it.sampled_ma - it.pulse_ma),
+            stall_ma: sign * 300,
             square_ma2: 0,
         };
         let measured = Measured {
-            sampled_ma: Some(it.sampled_ma),
+            sampled_ma: Some(sign * it.sampled_ma),
             current: Some(current),
-            back_emf_mv: Some(it.back_emf_mv),
+            back_emf_mv: Some(sign * it.back_emf_mv),
             ..UNMEASURED
         };
         let present = guard.check(&EncoderLimits::DEFAULT, &ripple, true, &driven(&measured));
@@ -122,10 +129,10 @@ fn the_pulse_of_a_slow_motor_shows_a_dead_current_sense() {
     assert_eq!(until(0, 73, 2730), Some(15));
     assert_eq!(until(33, 73, 2730), Some(15));
     assert_eq!(until(34, 73, 2730), None);
-    // A brake: 50 mA against a pulse that is three times as large; 51 mA.
-    assert_eq!(until(33, 150, 3500), Some(15));
-    assert_eq!(until(34, 150, 3500), None);
-    assert_eq!(until(0, 152, 3510), None);
+    // A brake: 25 mA against a pulse that is six times as large; 26 mA.
+    assert_eq!(until(41, 150, 3250), Some(15));
+    assert_eq!(until(42, 150, 3250), None);
+    assert_eq!(until(0, 155, 3260), None);
 }
 
 #[test]

@@ -32,7 +32,9 @@ fn provoke(fault: Fault, samples: &mut Samples, since: u32) {
         }
         Fault::EncoderStuck => {
             samples.encoder = Some(word(0));
+            // A back-EMF of 1 V, and its current.
             scan(samples).leg_a = leg_code(4.0);
+            samples.current = Some(current(-130));
         }
         Fault::EncoderJump => {
             samples.encoder = Some(word(
