@@ -98,10 +98,9 @@ impl Node {
     /// The page on whose request it moves or may move. A commissioning that was stopped moves
     /// nothing more: it restores the parameters of before.
     pub fn moved_by(&self) -> Option<PageId> {
-        let commissioned = self.commissioned_by.iter();
-        let mut moving = commissioned.filter(|(_, guard)| !guard.is_stopped());
-        self.enabled_by
-            .or_else(|| moving.next().map(|(page, _)| *page))
+        let commissioned = self.commissioned_by.as_ref();
+        let moving = commissioned.filter(|(_, guard)| !guard.is_stopped());
+        self.enabled_by.or(moving.map(|(page, _)| *page))
     }
 
     /// Whether it takes the targets of pages.

@@ -76,8 +76,8 @@ fn every_file_is_an_input_of_a_simulation_and_every_motion_can_be_identified() {
         if has_angle {
             let fit = cli.text(&format!("identify {name} --model black-box-1 --starts 1"));
             assert!(fit.contains("pole_rad_s"), "{name}: {fit}");
-            // From one start the search of a variant that lacks the delay may end beside its optimum,
-            // by the timing of the captured motion: status 3.
+            // From one start the search of a variant that lacks the delay may end beside its
+            // optimum, by the timing of the captured motion: status 3.
             let compare = format!("compare {name} --model black-box-1 --starts 1");
             let compared = cli.actuator(&compare).assert().code(&[0, 3][..]);
             let shown = String::from_utf8_lossy(&compared.get_output().stdout).into_owned();

@@ -6,10 +6,10 @@
 //! ```
 //!
 //! The current pulses ([`Ripple`]): the sample in the on time is larger than the mean by a part of
-//! `supply/resistance`, however little current the motor takes. A dead current sense reads zero where
-//! 27 mA of friction in slow motion, at a duty of 7 %, are a sample of 165 mA. A winding that is hot
-//! or that has brushes of high resistance takes less than expected, but not less than a third:
-//! copper would have to be at 500 deg C.
+//! `supply/resistance`, however little current the motor takes. A dead current sense reads zero
+//! where 27 mA of friction in slow motion, at a duty of 7 %, are a sample of 165 mA. A winding that
+//! is hot or that has brushes of high resistance takes less than expected, but not less than a
+//! third: copper would have to be at 500 deg C.
 //!
 //! No motor takes more than its resistance and its back-EMF permit, of which each may be off by
 //! 30 %: a resistance of 70 % gives `1/0.7 - 1` = 43 %, at most 7/16, more of both currents, of
@@ -38,15 +38,15 @@ pub const CURRENT_IMPLAUSIBLE_PERIODS: i32 = 60 / CONTROL_PERIOD_MS;
 pub const MOTOR_POLARITY_PERIODS: i32 = 12 / CONTROL_PERIOD_MS;
 
 /// Expected sample from which a small one is compared. A winding of 120 deg C with 130 % of the
-/// resistance takes `1/(1.3 x 1.37)` = 56 % of the expected current, and with 130 % of the inductance
-/// its pulse is at least 64 %: less 10 mA of offset of the amplifier, 46 mA are left, and a third
-/// is 33 mA.
+/// resistance takes `1/(1.3 x 1.37)` = 56 % of the expected current, and with 130 % of the
+/// inductance its pulse is at least 64 %: less 10 mA of offset of the amplifier, 46 mA are left,
+/// and a third is 33 mA.
 const LEAST_SAMPLE_MA: i32 = 100;
 
-/// A pulse against the mean has to be so many times as large. A resistance of 70 % gives 143 % of the
-/// mean, and with 130 % of the inductance at least 62 % of the pulse: of the mean `6 x 0.62 - 1.43` =
-/// 2.29 are left, and a third of the expected sample is `(6 - 1)/3` = 1.67. For 100 mA that is a
-/// margin of 12 mA, and the offset of the amplifier is 10 mA.
+/// A pulse against the mean has to be so many times as large. A resistance of 70 % gives 143 % of
+/// the mean, and with 130 % of the inductance at least 62 % of the pulse: of the mean
+/// `6 x 0.62 - 1.43` = 2.29 are left, and a third of the expected sample is `(6 - 1)/3` = 1.67. For
+/// 100 mA that is a margin of 12 mA, and the offset of the amplifier is 10 mA.
 const PULSE_OVER_MEAN: i32 = 6;
 
 /// Error of the expected mean current, a fifth of the stall current of 780 mA: in a reversal the

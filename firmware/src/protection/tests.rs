@@ -55,8 +55,8 @@ fn periods_until(mut is_present: impl FnMut() -> bool) -> Option<u32> {
     (1..=200).find(|_| is_present())
 }
 
-/// A current whose sample is larger than its mean by this pulse, where 300 mA are expected without a
-/// back-EMF.
+/// A current whose sample is larger than its mean by this pulse, where 300 mA are expected without
+/// a back-EMF.
 #[derive(Clone, Copy)]
 struct Pulsed {
     sampled_ma: i32,

@@ -1,4 +1,5 @@
-//! The current sense against what duty, supply and back-EMF make, on the plant whose current pulses.
+//! The current sense against what duty, supply and back-EMF make, on the plant whose current
+//! pulses.
 
 use model_core::{control::units::angle, plant::board::BoardPlantOptions};
 
