@@ -1,126 +1,21 @@
-//! Benches with secret parameters, in the time of the simulation.
+//! Benches with secret parameters: what is measured of them, refused, and written.
 
-use std::io;
-use std::time::Duration;
+mod bench;
 
-use canopen::{CanFrame, NodeId};
 use model_core::plant::board::{BoardPlantOptions, Defects};
 use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::sensors::adc::AdcCode;
-use model_core::sensors::noise::Noise;
 
+pub use self::bench::{LIMITS, client, secret};
+use self::bench::{client_of, client_within};
 use super::runs::arrive;
 use super::{
     Baseline, CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits,
     Parameter, find, measure, page, tune, write,
 };
 use crate::can::client::Client;
-use crate::can::link::Link;
 use crate::can::names;
-use crate::can::native_node::{CAPTURE_VALUES, NativeNode};
 use crate::table::Cell;
-
-/// A bus of one node whose time goes on while the client waits.
-struct Bench {
-    node: NativeNode<'static>,
-    /// The shaft must not be beyond this angle, deg.
-    limit_deg: f64,
-    /// An angle at which the shaft sticks when it passes it first, deg, and until when, us.
-    sticks: Option<(f64, Option<u64>)>,
-}
-
-impl Bench {
-    /// A control period, in which the shaft is within the range.
-    fn step(&mut self) {
-        self.node.step(self.node.next_us());
-        let now_us = self.node.next_us();
-        if let Some((at_deg, until_us)) = &mut self.sticks {
-            if until_us.is_none() && self.node.angle_deg() > *at_deg {
-                *until_us = Some(now_us + 600_000);
-            }
-            self.node.defects().is_jammed = until_us.is_some_and(|until_us| now_us < until_us);
-        }
-        let angle_deg = self.node.angle_deg();
-        assert!(angle_deg.abs() <= self.limit_deg, "{angle_deg} deg");
-    }
-}
-
-impl Link for Bench {
-    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
-        self.node.receive(frame);
-        Ok(())
-    }
-
-    fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
-        let end = self.node.next_us() + timeout.as_micros() as u64;
-        loop {
-            if let Some(frame) = self.node.transmit() {
-                return Ok(Some(frame));
-            }
-            if self.node.next_us() > end {
-                return Ok(None);
-            }
-            self.step();
-        }
-    }
-
-    fn pause(&mut self, time: Duration) -> io::Result<()> {
-        let end = self.node.next_us() + time.as_micros() as u64;
-        while self.node.next_us() < end {
-            self.step();
-            while self.node.transmit().is_some() {}
-        }
-        Ok(())
-    }
-}
-
-pub const LIMITS: Limits = Limits {
-    range_mdeg: Some((-45_000, 45_000)),
-    permille: 1000,
-    rate_mdeg_s: 120_000,
-};
-
-pub fn client(options: &BoardPlantOptions, defects: Defects) -> Client {
-    client_within(options, defects, 45.0)
-}
-
-fn client_within(options: &BoardPlantOptions, defects: Defects, limit_deg: f64) -> Client {
-    client_of(options, defects, limit_deg, None)
-}
-
-/// That of a shaft that sticks for 0.6 s when it first passes an angle, deg.
-fn client_of(
-    options: &BoardPlantOptions,
-    defects: Defects,
-    limit_deg: f64,
-    sticks_at_deg: Option<f64>,
-) -> Client {
-    let sticks = sticks_at_deg.map(|at_deg| (at_deg, None));
-    let buffer = Box::leak(Box::new([0; CAPTURE_VALUES]));
-    let mut node = NativeNode::new(1, NodeId::new(1), options, buffer).expect("a plant");
-    *node.defects() = defects;
-    let mut bench = Bench {
-        node,
-        limit_deg: limit_deg.min(options.drivetrain.gear_train.hard_stop_deg),
-        sticks,
-    };
-    // The start of the node.
-    bench.pause(Duration::from_millis(100)).expect("no input");
-    Client::new(Box::new(bench), 1)
-}
-
-/// A small servo: torque constant, resistance and friction within a third of the bench's, the
-/// magnet eccentric in any direction.
-pub fn secret(seed: u64) -> BoardPlantOptions {
-    let mut options = BoardPlantOptions::realistic(seed);
-    let mut chance = Noise::new(seed, 41);
-    let mut spread = || 1.0 + chance.gaussian(0.15).clamp(-0.33, 0.33);
-    options.drivetrain.electrical.torque_constant_nm_a *= spread();
-    options.drivetrain.electrical.winding_resistance_ohm *= spread();
-    // Eccentric in any direction.
-    options.encoder.misalignment_first_phase_deg = chance.gaussian(1e3) % 360.0;
-    options
-}
 
 /// Each value found, with the truth and the largest expected share of its standard error.
 fn compared(
