@@ -57,13 +57,15 @@ impl Ramp {
         } else {
             UNIT / 2
         };
-        saturate(divide(self.position + half, UNIT as u32))
+        // Within that of the greatest position.
+        divide(self.position + half, UNIT as u32) as i32
     }
 
     /// Velocity in units per second.
     #[must_use]
     pub const fn velocity(&self) -> i32 {
-        saturate(divide(self.velocity, UNIT_PER_S as u32))
+        // At most VELOCITY_MAX.
+        divide(self.velocity, UNIT_PER_S as u32) as i32
     }
 
     /// Position in millionths of a unit.
@@ -150,10 +152,12 @@ impl Ramp {
     pub fn interpolate(&mut self, target: i32, steps: u32, velocity: u32, period_us: u32) -> bool {
         let target = i64::from(target) * UNIT;
         let step = divide(target - self.position, steps.max(1));
-        // In units of UNIT: below 2^32 * 10^6.
+        // In units of UNIT: below 2^31 * 10^6.
+        let velocity = velocity.min(i32::MAX as u32);
         let longest = i64::from(velocity) * i64::from(period_us.min(PERIOD_MAX_US));
         let possible = clamp_symmetric(step, longest);
-        self.follow(self.position + possible, period_us);
+        self.position += possible;
+        self.velocity = divide(possible * 1000, period_us.max(1));
         possible != step
     }
 
@@ -289,16 +293,6 @@ pub(super) const fn divide(numerator: i64, divisor: u32) -> i64 {
 
 fn clamp_symmetric(value: i64, bound: i64) -> i64 {
     value.max(-bound).min(bound)
-}
-
-const fn saturate(value: i64) -> i32 {
-    if value > i32::MAX as i64 {
-        i32::MAX
-    } else if value < i32::MIN as i64 {
-        i32::MIN
-    } else {
-        value as i32
-    }
 }
 
 /// Velocity change of an acceleration in one period: at most 2^32 * 10^6 / 1000.

@@ -25,7 +25,7 @@ proptest! {
 }
 
 #[test]
-fn positions_are_rounded_to_the_nearest_unit_and_saturate() {
+fn positions_are_rounded_to_the_nearest_unit_at_both_ends_too() {
     let position = |position| {
         Ramp {
             position,
@@ -35,8 +35,10 @@ fn positions_are_rounded_to_the_nearest_unit_and_saturate() {
     };
     let millionths = [-600_000, -400_000, 0, 400_000, 600_000];
     assert_eq!(millionths.map(position), [-1, 0, 0, 0, 1]);
-    let (low, high) = (i64::from(i32::MIN), i64::from(i32::MAX));
-    assert_eq!([low - 2, high + 2].map(saturate), [i32::MIN, i32::MAX]);
+    for end in [i32::MIN, i32::MAX] {
+        assert_eq!(position(i64::from(end) * UNIT), end);
+        assert_eq!(Ramp::moving(0, end).velocity(), end);
+    }
 }
 
 #[test]
