@@ -1,6 +1,9 @@
 //! Commands by integer tick: the excitations of the control core, or a sequence from a file.
 
 pub mod file;
+mod flight_like;
+
+pub use self::flight_like::flight_like;
 
 use model_core::{
     control::units::{Angle, angle},

@@ -9,11 +9,13 @@
 mod drive;
 mod fault;
 
+use std::f64::consts::PI;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Parser;
+use host_sim::input::flight_like;
 use host_sim::plot::{Figure, Panel, Series, svg};
 use indicatif::ParallelProgressIterator;
 use model_core::control::units::angle;
@@ -116,46 +118,47 @@ fn figure(kind: Kind, seeds: u64) -> Figure {
     Figure::new(title, x_label).panel(time).panel(off)
 }
 
-/// Faults of an hour of an intact drive in flight-like motion, with the worst parameters: constant
-/// and resistance of the motor each off by 30 %, in all four combinations, a degree of play in the
-/// gears, and loads of up to a third of the stall torque of that motor.
+/// Control periods in which a gust changes the load, as a half of 1 - cos (CS-VLA 333): 12.5 mean
+/// chords of 0.2 m at 25 m/s are 0.1 s.
+const GUST_PERIODS: f64 = 25.0;
+
+/// Faults of an hour of an intact drive in flight-like motion, with the worst parameters: constant,
+/// resistance and inductance of the motor each off by 30 %, in all eight combinations, a degree of
+/// play in the gears, and loads of up to a third of the stall torque of that motor, another one
+/// every 0.1 to 1 s.
 fn alarms(hour: u32) -> u64 {
     let mut chance = Noise::new(u64::from(hour), 77);
     let mut uniform = || (chance.gaussian(1.0) / 3.0).clamp(-1.0, 1.0);
     let mut options = BoardPlantOptions::realistic(u64::from(hour));
-    let end = |is_low| if is_low { 0.7 } else { 1.3 };
-    let (constant, resistance) = (
-        end(hour.is_multiple_of(2)),
-        end((hour / 2).is_multiple_of(2)),
-    );
+    let [constant, resistance, inductance] =
+        [1, 2, 4].map(|bit| if hour & bit == 0 { 0.7 } else { 1.3 });
     let motor = &mut options.drivetrain.electrical;
     motor.torque_constant_nm_a *= constant;
     motor.winding_resistance_ohm *= resistance;
-    let load_nm = 0.3 * constant / resistance;
+    motor.winding_inductance_h *= inductance;
     options.drivetrain.gear_train.backlash_deg = 1.0;
+    let greatest_nm = 0.3 * constant / resistance;
+    let mut command_deg = flight_like(hour.into());
     let mut drive = Drive::enabled(&options);
-    let mut found = 0;
-    let (mut from_deg, mut period) = (0.0, 0_u32);
+    let (mut found, mut period, mut before_nm) = (0, 0_u32, 0.0);
     while f64::from(period) * PERIOD_S < 3600.0 {
-        let target_deg = 60.0 * uniform();
-        // In a step, or within up to a second, and held for up to a second.
-        let ramp = (250.0 * uniform()).max(1.0);
-        let hold = 250.0 * uniform().abs();
-        drive.defects().torque_nm = load_nm * uniform();
-        for at in 1..(ramp + hold) as u32 {
-            let share = (f64::from(at) / ramp).min(1.0);
-            let command = angle(from_deg + share * (target_deg - from_deg));
+        let load_nm = greatest_nm * uniform();
+        let lasts = GUST_PERIODS + 225.0 * uniform().abs();
+        for since in 0..lasts as u32 {
+            let gust = (f64::from(since + 1) / GUST_PERIODS).min(1.0);
+            let share = (1.0 - (PI * gust).cos()) / 2.0;
+            drive.defects().torque_nm = before_nm + share * (load_nm - before_nm);
+            let command = angle(command_deg(f64::from(period) * PERIOD_S));
             period += 1;
-            if !drive.follow(command).is_empty() {
-                let faults = drive.follow(command);
+            let faults = drive.follow(command);
+            if !faults.is_empty() {
                 let names: Vec<_> = faults.iter().map(|fault| format!("{fault:?}")).collect();
                 println!("hour {hour}: {} after {period} periods", names.join(", "));
                 found += 1;
                 drive = Drive::enabled(&options);
-                break;
             }
         }
-        from_deg = target_deg;
+        before_nm = load_nm;
     }
     found
 }

@@ -13,11 +13,12 @@ use std::process::Command;
 use clap::Parser;
 use firmware::control_loop::LoopParameters;
 use firmware::parameters::{BoardParameters, ObjectValues};
+use host_sim::input::flight_like;
 use host_sim::plot::{Figure, Panel, Series, svg};
 use model_core::plant::board::BoardPlantOptions;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use command::{flight_like, sine, standard};
+use command::{sine, standard};
 use drive::{Drive, PERIOD_S};
 
 /// Measures how well the shaft follows commands, with and without feed-forward
