@@ -57,14 +57,14 @@ impl Ramp {
         } else {
             UNIT / 2
         };
-        // Within that of the greatest position.
+        // A position is within 2^31 units.
         divide(self.position + half, UNIT as u32) as i32
     }
 
     /// Velocity in units per second.
     #[must_use]
     pub const fn velocity(&self) -> i32 {
-        // At most VELOCITY_MAX.
+        // A velocity is within 2^31 units per second.
         divide(self.velocity, UNIT_PER_S as u32) as i32
     }
 
@@ -83,6 +83,7 @@ impl Ramp {
 
     /// At this position in millionths of a unit, with the velocity of another one.
     pub(super) fn at_fine(self, position: i64) -> Self {
+        let position = clamp_symmetric(position, i32::MAX as i64 * UNIT);
         Self { position, ..self }
     }
 

@@ -146,7 +146,7 @@ class Motion(Bench):
         return greatest
 
     def command(self, mode, sign):
-        """The first target of a mode, in this direction and beyond what the limits permit."""
+        """The first target of a mode in this direction: the last admissible position, or a velocity or torque that passes it."""
         if mode in (4, 10):
             self.write(0x6071, 0, "<h", sign * TORQUE)
         elif mode in (3, 9):
@@ -188,6 +188,7 @@ class Motion(Bench):
             for rate in (-40_000, 40_000):
                 self.place(0)
                 self.enable(MODES["profile velocity"])
+                self.write(0x6071, 0, "<h", TORQUE if rate > 0 else -TORQUE)
                 self.write(0x60FF, 0, "<i", rate)
                 self.wait(lambda: abs(self.angle()) > 5_000, "motion")
                 with self.subTest(name, rate=rate):
