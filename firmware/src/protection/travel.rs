@@ -23,8 +23,8 @@
 //! | a stop within a period from 400 deg/s: half of its travel | 0.8 | `LIMIT_MDEG` |
 //!
 //! In a gap, where the diodes carry the winding's current until the scan, there is no back-EMF. Its
-//! counts are accepted, added up and compared behind it, if it is short ([`BRIDGED`]). The travel of
-//! a longer one is not known, nor is it until two scans behind a gap agree ([`GREATEST_CHANGE`]):
+//! counts are accepted, added up and compared behind it, if it is short (`BRIDGED`). The travel of
+//! a longer one is not known, nor is it until two scans behind a gap agree (`GREATEST_CHANGE`):
 //! legs that have not settled show a rate that the motor does not have.
 //!
 //! A motor whose constant is 30 % too low turns at 400 deg/s. The offset is learned at rest;
