@@ -28,9 +28,15 @@ use model_core::control::{
 pub use self::{counters::Counter, winding::Winding};
 
 use self::{
-    encoder::EncoderGuard, following::FollowingGuard, over_current::OverCurrentGuard,
-    plausibility::PlausibilityGuard, stall::StallGuard, supply::SupplyGuard,
-    temperature::TemperatureGuard, timing::TimingGuard, travel::TravelGuard,
+    encoder::EncoderGuard,
+    following::FollowingGuard,
+    over_current::OverCurrentGuard,
+    plausibility::PlausibilityGuard,
+    stall::StallGuard,
+    supply::SupplyGuard,
+    temperature::TemperatureGuard,
+    timing::TimingGuard,
+    travel::{LegOffset, TravelGuard},
 };
 use crate::{
     faults::{Fault, FaultSet},
@@ -94,7 +100,7 @@ pub struct Conditions<'a> {
 #[derive(Debug, Clone, Copy)]
 pub struct Learned {
     winding: Winding,
-    offset: (i32, u8),
+    offset: LegOffset,
 }
 
 /// The state of all protections.

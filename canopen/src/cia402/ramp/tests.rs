@@ -39,6 +39,9 @@ fn positions_are_rounded_to_the_nearest_unit_at_both_ends_too() {
         assert_eq!(position(i64::from(end) * UNIT), end);
         assert_eq!(Ramp::moving(0, end).velocity(), end);
     }
+    // The points of a smooth profile may begin beyond it.
+    let beyond = Ramp::at(0).at_fine(i64::from(i32::MAX) * UNIT + 1_200 * UNIT);
+    assert_eq!(beyond.position(), i32::MAX);
 }
 
 #[test]
