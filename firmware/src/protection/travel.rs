@@ -26,10 +26,11 @@
 //! counts of a short gap are compared behind it.
 //!
 //! A motor whose constant is 30 % too low turns at 400 deg/s. The offset is learned at rest
-//! (`offset.rs`); before, `UNKNOWN_OFFSET_MDEG_S` counts. The last three are within 2.13 deg together. A single
-//! count that is further off than `WINDOW_MDEG` is rejected, and does not move the shaft: of an
-//! intact drive only one that a load stops as it crosses the play, and it is accepted when the
-//! motor has followed. A drift of `d` above the allowance `a` is detected after `LIMIT/(d - a)`.
+//! (`offset.rs`); before, `UNKNOWN_OFFSET_MDEG_S` counts. The last three are within 2.13 deg
+//! together. A single count that is further off than `WINDOW_MDEG` is rejected, and does not move
+//! the shaft: of an intact drive only one that a load stops as it crosses the play, and it is
+//! accepted when the motor has followed. A drift of `d` above the allowance `a` is detected after
+//! `LIMIT/(d - a)`.
 //!
 //! In motion the allowance for the constant hides a drift. But the error of a constant comes and
 //! goes with the travel, and a drift does not: with the same leak, sums of both have the ratio of
