@@ -122,6 +122,9 @@ fn figure(kind: Kind, seeds: u64) -> Figure {
 /// chords of 0.2 m at 25 m/s are 0.1 s.
 const GUST_PERIODS: f64 = 25.0;
 
+/// Moment of inertia of a control surface of 50 mm chord and 20 g about its hinge, m c^2/3, kg m^2.
+const SURFACE_KG_M2: f64 = 0.02 * 0.05 * 0.05 / 3.0;
+
 /// Faults of an hour of an intact drive in flight-like motion, with the worst parameters: constant,
 /// resistance and inductance of the motor each off by 30 %, in all eight combinations, a degree of
 /// play in the gears, and loads of up to a third of the stall torque of that motor, another one
@@ -136,7 +139,10 @@ fn alarms(hour: u32) -> u64 {
     motor.torque_constant_nm_a *= constant;
     motor.winding_resistance_ohm *= resistance;
     motor.winding_inductance_h *= inductance;
-    options.drivetrain.gear_train.backlash_deg = 1.0;
+    let gears = &mut options.drivetrain.gear_train;
+    gears.backlash_deg = 1.0;
+    gears.shaft_stiffness_nm_deg = f64::INFINITY;
+    gears.load_inertia_kg_m2 = SURFACE_KG_M2;
     let greatest_nm = 0.3 * constant / resistance;
     let mut command_deg = flight_like(hour.into());
     let mut drive = Drive::enabled(&options);
