@@ -12,6 +12,8 @@ use super::{Limits, Parameters, Ramp};
 pub(super) struct SmoothProfile {
     profile: Ramp,
     last: [i32; Parameters::MOST_SMOOTHING as usize],
+    /// The sum of those that are in the mean.
+    sum: i64,
     /// Demands of the mean, and the position of the oldest.
     count: u8,
     oldest: u8,
@@ -33,12 +35,15 @@ impl SmoothProfile {
             i64::from(motion.at_fine(newest).position()),
             divide(step << 16, UNIT as u32),
         );
+        let mut sum = 0;
         for (place_then, age) in last.iter_mut().zip((0..i64::from(count)).rev()) {
             *place_then = (place - ((age * step) >> 16)) as i32;
+            sum += i64::from(*place_then);
         }
         Self {
             profile: motion.at_fine(newest),
             last,
+            sum,
             count,
             oldest: 0,
             mean: motion,
@@ -57,11 +62,15 @@ impl SmoothProfile {
         limits: &Limits,
         period_us: u32,
     ) -> bool {
-        let continued = smooth.filter(|it| it.mean == *motion && it.count == count);
-        let mut next = continued.unwrap_or_else(|| Self::of(*motion, count, period_us));
+        // In place: a copy takes longer than the mean.
+        let next = match smooth {
+            Some(next) if next.mean == *motion && next.count == count => next,
+            _ => smooth.insert(Self::of(*motion, count, period_us)),
+        };
         let is_reached = next.profile.to_position(target, limits, period_us);
         let place = next.profile.position();
         if let Some(oldest) = next.last.get_mut(usize::from(next.oldest)) {
+            next.sum += i64::from(place) - i64::from(*oldest);
             *oldest = place;
         }
         next.oldest = if next.oldest + 1 < next.count {
@@ -69,14 +78,11 @@ impl SmoothProfile {
         } else {
             0
         };
-        let in_use = || next.last.iter().take(usize::from(next.count));
         // Below 16 times 2^31 times 10^6.
-        let sum: i64 = in_use().map(|place| i64::from(*place)).sum();
-        let mean = divide(sum * UNIT, u32::from(next.count));
+        let mean = divide(next.sum * UNIT, u32::from(next.count));
         motion.follow(mean, period_us);
-        let has_ended = is_reached && in_use().all(|it| *it == place);
         next.mean = *motion;
-        *smooth = Some(next);
-        has_ended
+        let mut in_use = next.last.iter().take(usize::from(next.count));
+        is_reached && in_use.all(|it| *it == place)
     }
 }
