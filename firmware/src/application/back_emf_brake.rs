@@ -198,7 +198,7 @@ mod tests {
         PeriodCurrent {
             mean_ma,
             stall_ma,
-            square_ma2: 0,
+            ..PeriodCurrent::default()
         }
     }
 

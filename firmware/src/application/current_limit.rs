@@ -257,8 +257,8 @@ mod tests {
         let mut after = |supply_mv, mean_ma: i32| {
             let current = PeriodCurrent {
                 mean_ma,
-                stall_ma: 0,
                 square_ma2: mean_ma * mean_ma,
+                ..PeriodCurrent::default()
             };
             limit.observe(settings, (0, supply_mv), current);
             limit.supply_ma

@@ -9,6 +9,8 @@
 //! square = mean^2 + (V/R)^2 (mean of x^2 - duty^2)
 //! ```
 //!
+//! While the shaft stands, `e` is zero and the mean is `sample duty/x(sample)`, whatever `R` is.
+//!
 //! `x(t)` is the periodic response of the winding to a voltage that is 1 in the on time and 0 in
 //! the off time. Both factors depend on the duty and on the period over the time constant alone; a
 //! table of them is computed when the motor's parameters change.
@@ -48,6 +50,8 @@ pub struct PeriodCurrent {
     pub mean_ma: i32,
     /// The mean at this duty and supply without a back-EMF, mA.
     pub stall_ma: i32,
+    /// The mean if the shaft stands, mA: of the sample alone, and so of any resistance.
+    pub standing_ma: i32,
     /// The mean of the square, which heats the winding, mA^2; at most that of 46 A.
     pub square_ma2: i32,
 }
@@ -111,11 +115,20 @@ impl Ripple {
         let variance = low.variance.get() + (high.variance.get() - low.variance.get()) * beyond;
         let full_ma = supply_mv as f32 * self.conductance();
         let signed_ma = if compare.get() < 0 { -full_ma } else { full_ma };
-        let mean_ma = sampled_ma as f32 - signed_ma * excess;
+        let sampled_ma = sampled_ma as f32;
+        let mean_ma = sampled_ma - signed_ma * excess;
+        let duty = counts as f32 * (1.0 / PWM_COUNTS as f32);
+        // Without a duty the current does not pulse.
+        let standing = if counts == 0 {
+            1.0
+        } else {
+            duty / (duty + excess)
+        };
         PeriodCurrent {
             // All saturate.
             mean_ma: mean_ma as i32,
-            stall_ma: (full_ma * (compare.get() as f32 * (1.0 / PWM_COUNTS as f32))) as i32,
+            stall_ma: (signed_ma * duty) as i32,
+            standing_ma: (sampled_ma * standing) as i32,
             square_ma2: (mean_ma * mean_ma + full_ma * full_ma * variance) as i32,
         }
     }
@@ -167,9 +180,13 @@ mod tests {
     use crate::measure::current_ma;
 
     /// A stalled plant in its fourth millisecond at this compare value: what the board samples, and
-    /// mean and mean square of the current over the period, A.
-    fn stalled(compare: i32) -> (i32, f64, f64) {
-        let mut plant = BoardPlant::try_new(&BoardPlantOptions::default()).unwrap();
+    /// mean and mean square of the current over the period, A. `times` are the resistance and the
+    /// inductance of the winding, those of the model 1.
+    fn stalled(compare: i32, times: f64) -> (i32, f64, f64) {
+        let mut options = BoardPlantOptions::default();
+        options.drivetrain.electrical.winding_resistance_ohm *= times;
+        options.drivetrain.electrical.winding_inductance_h *= times;
+        let mut plant = BoardPlant::try_new(&options).unwrap();
         plant.defects.is_jammed = true;
         let bridge = Bridge::driven(compare);
         let current = bridge.current_instant();
@@ -179,7 +196,10 @@ mod tests {
             run(&mut plant);
         }
         // Every microsecond of the fourth period in closed form, from a steady state.
-        let (tau, full_a) = (1e-3_f64 / 7.7, 6.0 / 7.7 * f64::from(compare.signum()));
+        let (tau, full_a) = (
+            1e-3_f64 / 7.7,
+            6.0 / 7.7 / times * f64::from(compare.signum()),
+        );
         let on_s = match compare.abs() {
             56_000 => 1e-3,
             counts => f64::from(counts.max(56) - 56) / 56e6,
@@ -203,7 +223,7 @@ mod tests {
         let ripple = Ripple::of(7.7, 1e-3);
         for pct in [0, 3, 10, -10, 20, 30, 50, -50, 80, 95, 100] {
             let compare = Modulator::default().next(percent(f64::from(pct)));
-            let (sampled_ma, mean_a, square_a2) = stalled(compare.get());
+            let (sampled_ma, mean_a, square_a2) = stalled(compare.get(), 1.0);
             let found = ripple.over_period(sampled_ma, compare, 6000);
             // Half a code of 1.6 mA, 0.2 % of 779 mA from the table, and 1 mA of rounding.
             let error_ma = (f64::from(found.mean_ma) - mean_a * 1e3).abs();
@@ -213,6 +233,32 @@ mod tests {
             let bound = 2.0 * mean_a.abs() * 1e3 * 3.4 + 0.002 * 779.0 * 779.0;
             assert!(error < bound, "{pct} %: {found:?}, {square_a2} A^2");
         }
+    }
+
+    #[test]
+    fn the_mean_of_a_standing_motor_does_not_need_its_resistance() {
+        let ripple = Ripple::of(7.7, 1e-3);
+        for (pct, times) in [
+            (20, 0.7),
+            (40, 0.7),
+            (-40, 0.7),
+            (60, 1.3),
+            (100, 1.3),
+            (10, 1.0),
+        ] {
+            let compare = Modulator::default().next(percent(f64::from(pct)));
+            let (sampled_ma, mean_a, _) = stalled(compare.get(), times);
+            let found = ripple.over_period(sampled_ma, compare, 6000);
+            // As above, with the current of the lowest resistance, and 168 of 56,000 counts of dead
+            // time in the duty, at 10 % 3 %.
+            let error_ma = (f64::from(found.standing_ma) - mean_a * 1e3).abs();
+            assert!(
+                error_ma < 3.4 / 0.7 + 0.003 * 780.0,
+                "{pct} %: {found:?}, {mean_a} A"
+            );
+        }
+        let without = ripple.over_period(100, PwmCompare::default(), 6000);
+        assert_eq!(without.standing_ma, 100);
     }
 
     #[test]

@@ -129,6 +129,7 @@ mod tests {
         Some(PeriodCurrent {
             mean_ma: 0,
             stall_ma,
+            standing_ma: 0,
             square_ma2: 0,
         })
     }

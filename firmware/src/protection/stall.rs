@@ -48,7 +48,7 @@ impl StallGuard {
         // An angle that is not known says nothing of the way.
         let samples = c.measured.current.zip(c.measured.travelled);
         let stalls = samples.map(|(current, travelled)| {
-            let pulls = c.is_driving && current.mean_ma.abs() >= limits.stall_current_ma;
+            let pulls = c.is_driving && current.standing_ma.abs() >= limits.stall_current_ma;
             pulls && self.way.holds(limits, travelled)
         });
         if stalls == Some(false) {

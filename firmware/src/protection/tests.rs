@@ -28,6 +28,7 @@ pub(super) fn smooth(mean_ma: i32) -> Option<PeriodCurrent> {
     Some(PeriodCurrent {
         mean_ma,
         stall_ma: mean_ma,
+        standing_ma: mean_ma,
         square_ma2: mean_ma * mean_ma,
     })
 }
@@ -90,7 +91,7 @@ fn until_implausible_towards(sign: i32, currents: &[Pulsed]) -> Option<u32> {
         let current = PeriodCurrent {
             mean_ma: sign * (it.sampled_ma - it.pulse_ma),
             stall_ma: sign * 300,
-            square_ma2: 0,
+            ..PeriodCurrent::default()
         };
         let measured = Measured {
             sampled_ma: Some(sign * it.sampled_ma),
@@ -211,6 +212,26 @@ fn a_slow_shaft_that_pulls_is_not_stalled() {
         }
         // Three counts in 84 ms.
         assert!(is_stalled(7, direction));
+    }
+}
+
+#[test]
+fn a_stall_is_judged_by_the_current_that_does_not_depend_on_the_resistance() {
+    let limit_ma = StallLimits::DEFAULT.stall_current_ma;
+    for (standing_ma, is_stall) in [(limit_ma - 1, false), (limit_ma, true), (-limit_ma, true)] {
+        let current = PeriodCurrent {
+            standing_ma,
+            // A winding of 70 % of the resistance seems to carry a fifth more.
+            ..smooth(limit_ma * 6 / 5).expect("a current")
+        };
+        let measured = Measured {
+            travelled: Some(0),
+            current: Some(current),
+            ..UNMEASURED
+        };
+        let mut guard = StallGuard::default();
+        let found = (0..2000).any(|_| guard.check(&StallLimits::DEFAULT, &driven(&measured)));
+        assert_eq!(found, is_stall, "{standing_ma} mA");
     }
 }
 

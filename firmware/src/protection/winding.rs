@@ -113,9 +113,8 @@ mod tests {
         };
         let measured = Measured {
             current: Some(PeriodCurrent {
-                mean_ma: 0,
-                stall_ma: 0,
                 square_ma2: (square_a2 * 1e6) as i32,
+                ..PeriodCurrent::default()
             }),
             temperature_mdeg_c: Some(25_000),
             ..UNMEASURED
