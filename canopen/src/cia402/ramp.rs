@@ -75,10 +75,7 @@ impl Ramp {
 
     /// Way of one period at the present velocity, in millionths of a unit.
     pub(super) fn fine_step(&self, period_us: u32) -> i64 {
-        divide(
-            self.velocity * i64::from(period_us.min(PERIOD_MAX_US)),
-            1000,
-        )
+        in_period(self.velocity, period_us)
     }
 
     /// At this position in millionths of a unit, with the velocity of another one.
@@ -298,8 +295,19 @@ fn clamp_symmetric(value: i64, bound: i64) -> i64 {
 
 /// Velocity change of an acceleration in one period: at most 2^32 * 10^6 / 1000.
 fn velocity_change(acceleration: u32, period_us: u32) -> i64 {
-    let product = i64::from(acceleration) * i64::from(period_us.min(PERIOD_MAX_US));
-    divide(product, 1000).max(1)
+    in_period(i64::from(acceleration), period_us).max(1)
+}
+
+/// `value` times the period in ms, rounded toward zero. Every control period has several, and the
+/// usual periods are whole milliseconds.
+#[inline(always)]
+fn in_period(value: i64, period_us: u32) -> i64 {
+    let period_us = period_us.min(PERIOD_MAX_US);
+    if period_us.is_multiple_of(1000) {
+        value * i64::from(period_us / 1000)
+    } else {
+        divide(value * i64::from(period_us), 1000)
+    }
 }
 
 /// The highest velocity from which a stop within `distance` is possible if each period reduces it
@@ -316,7 +324,10 @@ fn braking_velocity(distance: u64, deceleration_step: i64, period_us: u32) -> i6
     let deceleration_step = deceleration_step.unsigned_abs().max(1);
     // deceleration_step * k * (k + 1) / 2 <= travel < 2^61.
     let saved = |k: u64| deceleration_step * (k * (k + 1) / 2);
-    let ratio = (travel * 8).checked_div(deceleration_step).unwrap_or(0);
+    let ratio = match u32::try_from(deceleration_step) {
+        Ok(step) => divide_long(travel * 8, step),
+        Err(_) => (travel * 8).checked_div(deceleration_step).unwrap_or(0),
+    };
     let ratio = ratio.saturating_add(1);
     let mut k = (rough_square_root(ratio) - 1) / 2;
     // The root is low by its 2^-15 at most: by n <= (k + 1)/2^15 here, by none for a smaller k.
