@@ -231,10 +231,10 @@ const MODES: [u8; 7] = [1, 3, 4, 7, 8, 9, 10];
 
 /// Instructions of the loop in a control period in which a mode decelerates: the velocity from
 /// which the axis still stops at a target or before a limit takes a root and divisions of 64 bits.
-const WITH_A_STOP: u64 = 8_800;
+const WITH_A_STOP: u64 = 8_900;
 
 /// The same with everything on: a jerk-limited profile is the mean of a fast one.
-const WITH_EVERYTHING: u64 = 10_300;
+const WITH_EVERYTHING: u64 = 10_400;
 
 /// Objects that are 0 by default: feed-forward of velocity and model, the dead band, offsets of
 /// velocity and torque, polarity, jerk-limited profiles.

@@ -1,5 +1,8 @@
 //! The shaft does not turn while the motor pulls.
 //!
+//! The current is that of a motor that stands, whose error by the resistance is the smallest: see
+//! [`crate::measure::PeriodCurrent`].
+//!
 //! Standing is judged by the way since the motor began to pull, not by the rate: a count that
 //! flickers at its edge is a rate of 9 deg/s, and no way.
 //!

@@ -216,12 +216,12 @@ fn a_slow_shaft_that_pulls_is_not_stalled() {
 }
 
 #[test]
-fn a_stall_is_judged_by_the_current_that_does_not_depend_on_the_resistance() {
+fn a_stall_is_judged_by_the_current_of_a_motor_that_stands() {
     let limit_ma = StallLimits::DEFAULT.stall_current_ma;
     for (standing_ma, is_stall) in [(limit_ma - 1, false), (limit_ma, true), (-limit_ma, true)] {
         let current = PeriodCurrent {
             standing_ma,
-            // A winding of 70 % of the resistance seems to carry a fifth more.
+            // A winding of 70 % of the resistance seems to carry more.
             ..smooth(limit_ma * 6 / 5).expect("a current")
         };
         let measured = Measured {

@@ -139,6 +139,7 @@ fn alarms(hour: u32) -> u64 {
     motor.torque_constant_nm_a *= constant;
     motor.winding_resistance_ohm *= resistance;
     motor.winding_inductance_h *= inductance;
+    // The linkage is stiff, so that the integration has steps of the gears only.
     let gears = &mut options.drivetrain.gear_train;
     gears.backlash_deg = 1.0;
     gears.shaft_stiffness_nm_deg = f64::INFINITY;
