@@ -95,6 +95,10 @@ const LEAST_INERTIA_KG_M2: f64 = RATIO
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
+/// The greatest viscous friction of a motor that is no servo, at the output of its gear: 100 Nm
+/// s/rad.
+const MOST_VISCOUS_NM_S_DEG: f64 = 100.0 * DEGREE;
+
 parameters! {
     /// Parameters of [`Motor`]. The bounds of the friction coefficients are the ranges in which the
     /// authors of arXiv 2410.08650 search (github.com/Rhoban/bam, `bam/model.py`): beyond them a
@@ -150,6 +154,9 @@ impl Motor {
                 "duty_per_error_pct_deg" => drive == Drive::Duty,
                 name => !has_coefficient(friction, name),
             };
+            if drive == Drive::Duty && p.name == "viscous_friction_nm_s_deg" {
+                p.bounds.1 = MOST_VISCOUS_NM_S_DEG;
+            }
         }
         Self {
             drive,

@@ -207,6 +207,45 @@ fn friction_is_bounded_to_the_range_of_small_servos_by_default() {
 }
 
 #[test]
+fn viscous_friction_behind_a_gear_is_found() {
+    let time_s: Vec<f64> = (0..1500).map(|i| f64::from(i) * 0.004).collect();
+    let duty = |t: &f64| [60.0, -40.0, 15.0][(t / 0.6) as usize % 3];
+    let mut recording = Recording {
+        duty_pct: Some(time_s.iter().map(duty).collect()),
+        command_deg: vec![0.0; time_s.len()],
+        angle_deg: time_s.iter().map(|t| t.sin()).collect(),
+        time_s,
+        ..Default::default()
+    };
+    for (name, value) in [
+        ("winding_resistance_ohm", 5.0),
+        ("gear_ratio", 50.0),
+        ("torque_constant_nm_a", 0.5),
+    ] {
+        recording.constants.insert(name.into(), value);
+    }
+    // At the output 0.01 Nm s/rad of the motor are 25.
+    let truth = [
+        ("motor_inertia_kg_m2", 0.01),
+        ("delay_s", 0.0),
+        ("coulomb_friction_nm", 1.0),
+        ("viscous_friction_nm_s_deg", 25.0 * 1.0_f64.to_radians()),
+    ];
+    let fit = fitted(&problem(
+        "motor-m1",
+        vec![answered("motor-m1", recording, &truth, 1)],
+    ));
+    for (name, value) in truth.into_iter().filter(|(_, value)| *value > 0.0) {
+        let estimate = fit.estimate(name).expect("an estimate");
+        let errors = (estimate.value - value).abs() / estimate.standard_error_coloured;
+        assert!(
+            errors < 3.0 && estimate.standard_error_coloured < 0.1 * value,
+            "{estimate:?}"
+        );
+    }
+}
+
+#[test]
 fn of_an_unloaded_motor_only_ratios_are_known() {
     let mut noise = Noise::new(1, 0);
     for seed in 0..6 {
