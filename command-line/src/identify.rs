@@ -68,7 +68,29 @@ pub fn model_names() -> PossibleValuesParser {
 }
 
 impl Identify {
-    pub(super) fn run(self) -> Result<(), Error> {
+    pub(super) fn run(mut self) -> Result<(), Error> {
+        let joints = self.data.joints()?;
+        if joints.is_empty() {
+            return self.run_one();
+        }
+        if self.outputs.has_file() || self.parameters.is_some() {
+            let problem = "a file of results is of one joint, expected --joint beside it";
+            return Err(Error::Conflict(problem.into()));
+        }
+        // A joint that is not moved does not end the run.
+        let mut first_error = None;
+        for joint in joints {
+            output::print(&format!("\n{joint}\n"))?;
+            self.data.joint = Some(joint);
+            if let Err(error) = self.run_one() {
+                note!("error: {error}");
+                first_error = first_error.or(Some(error));
+            }
+        }
+        first_error.map_or(Ok(()), Err)
+    }
+
+    fn run_one(&self) -> Result<(), Error> {
         let names = match self.model.is_empty() {
             true => USUAL.map(String::from).to_vec(),
             false => self.model.clone(),
@@ -137,6 +159,11 @@ pub struct Found<'a> {
 }
 
 impl Outputs {
+    /// Whether a file, or JSON on standard output, is wanted.
+    fn has_file(&self) -> bool {
+        self.json.is_given() || self.html.is_some()
+    }
+
     /// Checks in advance that the files can be written, are different, and are not those of the
     /// data.
     pub fn check(&self, parameters: Option<&Path>, data: &DataOptions) -> Result<(), Error> {

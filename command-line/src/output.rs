@@ -80,6 +80,11 @@ impl Json {
         }
     }
 
+    /// Whether the results are written as JSON.
+    pub fn is_given(&self) -> bool {
+        self.path.is_some()
+    }
+
     /// The file; `None` for standard output too.
     pub fn file(&self) -> Option<&Path> {
         let path = self.path.as_deref();

@@ -11,7 +11,7 @@ use crate::{output, parameters::setting};
 use host_sim::scenario::Setting;
 use identification::{
     Experiment, Hold, IdentifyError, Model,
-    data::{ColumnSelection, Columns, Delimiter, Import, Note},
+    data::{ColumnSelection, Columns, Delimiter, Import, Note, joints_of},
     models,
     request::{check_files, known_constants, may_lack_command},
 };
@@ -28,9 +28,9 @@ pub struct DataOptions {
     /// command, angle, rate, duty, current and supply; a unit may be a factor; repeatable
     #[arg(long = "column", value_name = "WHAT=COLUMN[:UNIT]")]
     columns: Vec<ColumnSelection>,
-    /// Joint of a robot whose columns have its name
+    /// Joint of a robot whose columns have its name [default for a data set: each of its joints]
     #[arg(long, value_name = "NAME")]
-    joint: Option<String>,
+    pub joint: Option<String>,
     /// Rate of samples at equal intervals, Hz, for files without a time or with a wrong one
     #[arg(long = "rate", value_name = "HZ", value_parser = rate)]
     rate_hz: Option<f64>,
@@ -140,6 +140,16 @@ impl DataOptions {
             note!("warning: {note}");
         }
         Ok(loaded)
+    }
+
+    /// The joints of a data set of which none is chosen; none for other recordings.
+    pub fn joints(&self) -> Result<Vec<String>, Error> {
+        match self.data.iter().find(|path| path.is_dir()) {
+            Some(folder) if self.joint.is_none() && self.columns.is_empty() => {
+                Ok(joints_of(folder)?)
+            }
+            _ => Ok(Vec::new()),
+        }
     }
 
     /// Whether the recordings are of a pendulum.

@@ -12,7 +12,7 @@ use crate::{
     data::ImportError,
     recording::Recording,
     screening::{self, GAP_STEPS},
-    statistics::slots::median_step_s,
+    statistics::slots::median_step_of_s,
 };
 
 /// What is counted, one and several.
@@ -38,6 +38,7 @@ pub fn recording(
     import: &Import,
     table: &Table,
     columns: &[LocatedColumn],
+    ambiguous: Vec<String>,
 ) -> Result<Imported, ImportError> {
     let mut cleaning = Cleaning {
         table,
@@ -46,6 +47,9 @@ pub fn recording(
     };
     for (line, text) in table.notes.clone() {
         cleaning.note(line, text);
+    }
+    for text in ambiguous {
+        cleaning.note(table.header_line, text);
     }
     cleaning.note_units();
     let time = match import.rate_hz {
@@ -121,10 +125,13 @@ impl Cleaning<'_> {
                      assumed; --column {name}={column}:UNIT sets another"
                 );
                 self.note(self.table.header_line, text);
-            } else if located.factor.is_none() && !self.table.radians {
+            } else if located.usual_unit.is_some()
+                || (located.factor.is_none() && !self.table.radians)
+            {
+                let unit = located.usual_unit.unwrap_or("deg");
                 let text = format!(
-                    "column `{column}` has no unit, deg is assumed; --column {name}={column}:UNIT \
-                     sets another"
+                    "column `{column}` has no unit, {unit} is assumed; --column \
+                     {name}={column}:UNIT sets another"
                 );
                 self.note(self.table.header_line, text);
             }
@@ -162,7 +169,12 @@ impl Cleaning<'_> {
         let column = &self.table.columns[located.index];
         if let Some(row) = column.iter().position(|value| value.is_infinite()) {
             let (name, number) = (&self.table.names[located.index], located.index + 1);
-            let problem = format!("column {number} (`{name}`) is not a finite number");
+            let problem = match self.table.texts.get(&located.index) {
+                Some(text) => {
+                    format!("column {number} (`{name}`) is `{text}`, expected a finite number")
+                }
+                None => format!("column {number} (`{name}`) is not a finite number"),
+            };
             return Err(self.table.problem(self.table.line(row), problem));
         }
         Ok(column)
@@ -294,7 +306,13 @@ impl Cleaning<'_> {
     }
 
     fn note_gaps(&mut self, rows: &[usize], times: &[f64]) {
-        let Some(usual_s) = median_step_s(times) else {
+        let angle = self.located(Quantity::Angle);
+        let angle = angle.map_or(&[][..], |angle| &self.table.columns[angle.index]);
+        let angle: Vec<f64> = rows
+            .iter()
+            .filter_map(|row| angle.get(*row).copied())
+            .collect();
+        let Some(usual_s) = median_step_of_s(times, &angle) else {
             return;
         };
         let steps = times.windows(2).map(|t| t[1] - t[0]).enumerate();
@@ -336,6 +354,11 @@ impl Cleaning<'_> {
         if let Some((index, turns)) = wrapped {
             let text = format!("the angle jumps by a turn, {turns} times: it is unwrapped");
             self.note(self.table.line(rows[index]), text);
+            // A command in the same range begins again as well.
+            if let Some((index, turns)) = unwrap(&mut recording.command_deg) {
+                let text = format!("the command jumps by a turn, {turns} times: it is unwrapped");
+                self.note(self.table.line(rows[index]), text);
+            }
         }
         let mut off = Tally::default();
         let motor_on = recording.motor_on.iter().flatten().enumerate();

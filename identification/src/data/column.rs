@@ -173,13 +173,16 @@ pub struct LocatedColumn {
     pub is_length: bool,
     /// Whether the unit is that of an encoder, by the values.
     pub is_counts: bool,
+    /// The unit, if it is that which is usual for the name.
+    pub usual_unit: Option<&'static str>,
 }
 
 /// Counts of a turn of the encoders of smart servos.
 const COUNTS: f64 = 4096.0;
 
 impl Columns {
-    /// Finds all quantities in a table, which may lack some.
+    /// Finds all quantities in a table, which may lack some. One that is not required is left out
+    /// where several columns may be it; the second part of the result states it.
     ///
     /// # Errors
     /// [`ImportError::Content`] at the header, for a missing column or a quantity without a column
@@ -188,12 +191,19 @@ impl Columns {
         &self,
         table: &Table,
         may_lack: impl Fn(Quantity) -> bool,
-    ) -> Result<Vec<LocatedColumn>, ImportError> {
-        let (mut columns, mut lacking) = (Vec::new(), Vec::new());
+    ) -> Result<(Vec<LocatedColumn>, Vec<String>), ImportError> {
+        let (mut columns, mut lacking, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
         for quantity in Quantity::ALL {
             let found = match self.selected.iter().rev().find(|c| c.quantity == quantity) {
                 Some(selection) => Some(selected(table, selection)?),
-                None => self.usual(table, quantity)?,
+                None => match self.usual(table, quantity) {
+                    Ok(found) => found,
+                    Err(problem) if may_lack(quantity) => {
+                        left_out.push(format!("{problem}; it is left out"));
+                        continue;
+                    }
+                    Err(problem) => return Err(table.problem(table.header_line, problem)),
+                },
             };
             match found {
                 Some(column) => columns.push(column),
@@ -219,15 +229,11 @@ impl Columns {
             column.factor = column.factor.or(shared);
             column.is_counts = is_counts;
         }
-        Ok(columns)
+        Ok((columns, left_out))
     }
 
-    /// The column with a usual name of a quantity.
-    fn usual(
-        &self,
-        table: &Table,
-        quantity: Quantity,
-    ) -> Result<Option<LocatedColumn>, ImportError> {
+    /// The column with a usual name of a quantity; the problem of two such columns.
+    fn usual(&self, table: &Table, quantity: Quantity) -> Result<Option<LocatedColumn>, String> {
         let of_joint = self.joint.as_ref().filter(|_| quantity != Quantity::Time);
         let found = match of_joint {
             Some(joint) => quantity.find(&names::of_joint(&table.names, joint)),
@@ -237,11 +243,14 @@ impl Columns {
             Ok(found) => Ok(found.map(|index| located(table, quantity, index))),
             Err([a, b]) => {
                 let (a, b, name) = (&table.names[a], &table.names[b], quantity.name());
-                let problem = format!(
-                    "`{a}` and `{b}` may both be the {name}, expected --column {name}=COLUMN, or \
-                     --joint JOINT where the columns have the names of joints"
-                );
-                Err(table.problem(table.header_line, problem))
+                let joint = match of_joint {
+                    Some(_) => "",
+                    None => ", or --joint JOINT where the columns have the names of joints",
+                };
+                Err(format!(
+                    "`{a}` and `{b}` may both be the {name}, expected --column \
+                     {name}=COLUMN{joint}"
+                ))
             }
         }
     }
@@ -281,6 +290,7 @@ fn selected(table: &Table, selection: &ColumnSelection) -> Result<LocatedColumn,
         None => located,
         given => LocatedColumn {
             factor: given,
+            usual_unit: None,
             is_length: selection.is_length,
             ..located
         },
@@ -293,8 +303,13 @@ fn located(table: &Table, quantity: Quantity, index: usize) -> LocatedColumn {
     let below = table.units.get(index).map(|unit| unit::bare(unit));
     let below = below.and_then(|text| Some((unit::factor(quantity, text)?, text)));
     let named = || Some((quantity.unit_in(name)?, &**name));
-    let usual = || Some((names::usual_unit(quantity, name)?, ""));
-    let (factor, text) = match below.or_else(named).or_else(usual) {
+    let stated = below.or_else(named);
+    let usual_unit = match stated {
+        Some(_) => None,
+        None => names::usual_unit(name),
+    };
+    let usual = usual_unit.and_then(|unit| Some((unit::factor(quantity, unit)?, "")));
+    let (factor, text) = match stated.or(usual) {
         Some((factor, text)) => (Some(factor), text),
         None => (None, ""),
     };
@@ -304,6 +319,7 @@ fn located(table: &Table, quantity: Quantity, index: usize) -> LocatedColumn {
         factor,
         is_length: quantity.is_angle() && factor.is_some() && unit::is_length(text),
         is_counts: false,
+        usual_unit: usual_unit.filter(|_| usual.is_some()),
     }
 }
 

@@ -12,7 +12,14 @@ use super::{
 /// Lines between two reports of progress.
 const LINES_PER_REPORT: usize = 1 << 14;
 /// Representations of a missing number.
-const MISSING: [&str; 7] = ["", "nan", "na", "n/a", "null", "none", "-"];
+const MISSING: [&str; 11] = [
+    "", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "1.#qnan",
+];
+/// The first line of LabVIEW's measurement files, and the last of each of their two heads.
+const LABVIEW: &str = "LabVIEW Measurement";
+const END_OF_HEAD: &str = "***End_of_Header***";
+/// Lines of text behind the samples that are left out.
+const FOOTER: usize = 20;
 
 /// Reads the file.
 pub fn read(
@@ -27,6 +34,11 @@ pub fn read(
     while let Some(line) = lines.next_line()? {
         if let Some(error) = cut {
             return Err(error);
+        }
+        if line.fields == table.names {
+            let text = "the header is repeated, and left out";
+            table.notes.push((line.number(), text.into()));
+            continue;
         }
         let is_shorter = line.fields.len() < table.columns.len();
         if let Err(problem) = push(&mut table, line.number(), line.fields) {
@@ -45,8 +57,24 @@ pub fn read(
         let text = "the last line is cut off, and left out";
         table.notes.push((line, text.into()));
     }
+    without_footer(&mut table);
     progress(size, size);
     Ok(table)
+}
+
+/// Leaves out the last rows, where they have text and no number.
+fn without_footer(table: &mut Table) {
+    let has_number = |row: usize| table.columns.iter().any(|column| column[row].is_finite());
+    let last = (0..table.len()).rev().find(|row| has_number(*row));
+    let rows = last.map_or(0, |last| last + 1);
+    let is_text = |row: usize| table.columns.iter().any(|column| column[row].is_infinite());
+    if rows == 0 || table.len() - rows > FOOTER || !(rows..table.len()).any(is_text) {
+        return;
+    }
+    let text = "text behind the samples is left out";
+    table.notes.push((table.lines[rows], text.into()));
+    table.lines.truncate(rows);
+    table.columns.iter_mut().for_each(|c| c.truncate(rows));
 }
 
 /// A line before the data, or their first.
@@ -58,6 +86,7 @@ struct Line {
 /// The columns of a file with their names and units, and its first row.
 fn heading(lines: &mut Lines) -> Result<Table, ImportError> {
     let mut above: Vec<Line> = Vec::new();
+    let mut heads = 0;
     loop {
         let Some(line) = lines.next_line()? else {
             let Some(header) = above.pop() else {
@@ -71,6 +100,17 @@ fn heading(lines: &mut Lines) -> Result<Table, ImportError> {
             fields: line.fields.to_vec(),
         };
         let width = line.fields.len();
+        if line.number == 1 && line.fields[0] == LABVIEW {
+            heads = 2;
+        }
+        if heads > 0 {
+            heads -= usize::from(line.fields[0] == END_OF_HEAD);
+            continue;
+        }
+        // The empty row of a spreadsheet.
+        if line.fields.iter().all(String::is_empty) {
+            continue;
+        }
         let is_wide = |above: &Line| above.fields.len() == width;
         let is_named = above.last().is_some_and(is_wide) || lines.comment().len() == width;
         if !is_data(&line.fields, is_named) {
@@ -143,7 +183,13 @@ fn push(table: &mut Table, line: u64, fields: &[String]) -> Result<(), String> {
         Some((last, fields)) if last.is_empty() && fields.len() == expected => fields,
         _ => fields,
     };
-    if fields.len() != expected {
+    // LabVIEW has a column for comments that most lines lack.
+    let lacks_comment = fields.len() + 1 == expected
+        && table
+            .names
+            .last()
+            .is_some_and(|name| name.eq_ignore_ascii_case("comment"));
+    if fields.len() != expected && !lacks_comment {
         let found = fields.len();
         return Err(format!(
             "the fields are {found}, expected {expected} as in the header"
@@ -156,9 +202,15 @@ fn push(table: &mut Table, line: u64, fields: &[String]) -> Result<(), String> {
                 seconds
             }
             // A column of text is an error only where it is used.
-            None => f64::INFINITY,
+            None => {
+                table.texts.entry(index).or_insert_with(|| field.clone());
+                f64::INFINITY
+            }
         });
         table.columns[index].push(number);
+    }
+    if lacks_comment && let Some(comments) = table.columns.last_mut() {
+        comments.push(f64::NAN);
     }
     table.lines.push(line);
     Ok(())

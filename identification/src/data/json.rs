@@ -47,7 +47,12 @@ pub fn read(bytes: Vec<u8>, mut table: Table) -> Result<Table, ImportError> {
         let line = lines.of(sample.get());
         let mut row = Vec::new();
         match serde_json::from_str(sample.get()) {
-            Ok(Value::Object(members)) => flatten(&members, "", &mut row),
+            Ok(Value::Object(members)) => {
+                flatten(&members, "", &mut row);
+                // The joints of a robot, as ROS publishes them.
+                let is_list = |name| members.get(name).is_some_and(Value::is_array);
+                table.radians |= is_list("name") && is_list("position");
+            }
             Ok(Value::Array(values)) => {
                 let name =
                     |(index, value): (usize, &Value)| ((index + 1).to_string(), number(value));
@@ -60,7 +65,6 @@ pub fn read(bytes: Vec<u8>, mut table: Table) -> Result<Table, ImportError> {
         }
         table.push(line, row);
     }
-    // The joints of a robot, as ROS publishes them.
     table.radians |= table.names.iter().any(|name| name.starts_with("effort"));
     Ok(table)
 }
@@ -71,13 +75,18 @@ fn samples_of<'a>(
     object: &'a RawValue,
 ) -> Result<Option<Vec<&'a RawValue>>, serde_json::Error> {
     let members: BTreeMap<String, &RawValue> = serde_json::from_str(object.get())?;
-    let has_samples = |value: &&&RawValue| {
+    let has_samples = |value: &&RawValue| {
         let inside = value.get().strip_prefix('[');
         inside.is_some_and(|inside| inside.trim_start().starts_with('{'))
     };
-    let samples = members
-        .get("entries")
-        .or_else(|| members.values().find(has_samples));
+    let mut lists = members.iter().filter(|(_, value)| has_samples(value));
+    let samples = match (members.get("entries"), lists.next(), lists.next()) {
+        (None, Some((a, _)), Some((b, _))) => {
+            let problem = format!("`{a}` and `{b}` are lists of samples, expected one recording");
+            return Err(serde::de::Error::custom(problem));
+        }
+        (entries, first, _) => entries.or(first.map(|(_, value)| value)),
+    };
     for (theirs, ours) in CONSTANTS {
         let value = members
             .get(theirs)
@@ -116,7 +125,7 @@ fn columns(table: Table, object: &RawValue) -> Result<Table, ImportError> {
         let problem = "no samples, expected a list of objects or an object of lists";
         return Err(table.problem(1, problem));
     }
-    table.with(Ok(vec![columns]))
+    table.with(Ok(vec![(String::new(), columns)]))
 }
 
 /// The lists of numbers in an object and in its members, by name.

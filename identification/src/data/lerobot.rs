@@ -8,10 +8,13 @@ use std::{
 
 use serde_json::Value;
 
-use super::{Import, ImportError, Imported, Note, Progress, Source, Table};
+use super::{Columns, Import, ImportError, Imported, Note, Progress, Source, Table};
 
 /// The vectors of a data set: command and measured angle of all joints.
 const VECTORS: [&str; 2] = ["action", "observation.state"];
+
+/// What LeRobot appends to the name of a joint, for its position.
+const SUFFIX: &str = ".pos";
 
 /// The recording of each episode.
 pub fn read(
@@ -19,26 +22,30 @@ pub fn read(
     folder: &Path,
     progress: &mut Progress<'_>,
 ) -> Result<Vec<Imported>, ImportError> {
-    let path = folder.join("meta/info.json");
-    let problem = |problem: String| ImportError::Content {
-        path: path.clone(),
-        line: 1,
-        problem,
-    };
-    if !path.exists() {
-        let text = "a folder without this file, expected a LeRobot data set or a file";
-        return Err(problem(text.into()));
-    }
-    let bytes = Source::open(&path)?.bytes()?;
-    let info: Value = serde_json::from_slice(&bytes).map_err(|error| problem(error.to_string()))?;
+    let (path, info) = described(folder)?;
+    let problem = |problem| invalid(&path, problem);
     let joints = VECTORS.map(|vector| joints(&info["features"][vector]["names"]));
-    if import.columns.joint.is_none() && import.columns.selected.is_empty() {
-        let text = format!(
-            "a data set of several joints, expected --joint with one of {}",
-            joints[1].join(", ")
-        );
+    let given = import.columns.joint.as_deref();
+    let given = given.map(|joint| joint.trim_end_matches(SUFFIX));
+    let is_unknown = given.is_some_and(|given| !joints[1].iter().any(|joint| joint == given));
+    if (given.is_none() || is_unknown) && import.columns.selected.is_empty() {
+        let expected = match joints[1].is_empty() {
+            true => "--column command=action[0] --column angle=observation.state[0]".to_owned(),
+            false => format!("--joint with one of {}", joints[1].join(", ")),
+        };
+        let text = match given.filter(|_| is_unknown) {
+            Some(given) => format!("no joint `{given}`, expected {expected}"),
+            None => format!("a data set of several joints, expected {expected}"),
+        };
         return Err(problem(text));
     }
+    let import = &Import {
+        columns: Columns {
+            joint: given.map(str::to_owned),
+            ..import.columns.clone()
+        },
+        ..import.clone()
+    };
     let rate_hz = info["fps"].as_f64().unwrap_or(f64::NAN);
     let mut recordings = Vec::new();
     let mut noted = BTreeSet::new();
@@ -59,6 +66,36 @@ pub fn read(
         }
     }
     Ok(recordings)
+}
+
+/// The joints of the data set in a folder.
+///
+/// # Errors
+/// [`ImportError`] of its description.
+pub fn joints_of(folder: &Path) -> Result<Vec<String>, ImportError> {
+    let (_, info) = described(folder)?;
+    Ok(joints(&info["features"][VECTORS[1]]["names"]))
+}
+
+/// The description of a data set, with its path.
+fn described(folder: &Path) -> Result<(PathBuf, Value), ImportError> {
+    let path = folder.join("meta/info.json");
+    if !path.exists() {
+        let text = "a folder without this file, expected a LeRobot data set or a file";
+        return Err(invalid(&path, text.into()));
+    }
+    let bytes = Source::open(&path)?.bytes()?;
+    let info = serde_json::from_slice(&bytes);
+    let info = info.map_err(|error| invalid(&path, error.to_string()))?;
+    Ok((path, info))
+}
+
+fn invalid(path: &Path, problem: String) -> ImportError {
+    ImportError::Content {
+        path: path.into(),
+        line: 1,
+        problem,
+    }
 }
 
 /// What samples of this rate can determine.
@@ -88,7 +125,7 @@ fn joints(names: &Value) -> Vec<String> {
         .flatten()
         .filter_map(Value::as_str);
     names
-        .map(|name| name.trim_end_matches(".pos").to_owned())
+        .map(|name| name.trim_end_matches(SUFFIX).to_owned())
         .collect()
 }
 

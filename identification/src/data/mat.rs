@@ -9,7 +9,11 @@ use std::io::Read;
 
 use flate2::read::ZlibDecoder;
 
-use super::{matrix, source::MOST_BYTES, table::Column};
+use super::{
+    matrix,
+    source::MOST_BYTES,
+    table::{Column, Group},
+};
 
 // Table "MAT-File Data Types".
 const MI_UTF8: u32 = 16;
@@ -28,7 +32,7 @@ const COMPLEX: u32 = 0x0800;
 const HEAD: usize = 128;
 
 /// The groups of columns in a file: those of each struct, and those beside each other.
-pub fn groups(bytes: &[u8]) -> Result<Vec<Vec<Column>>, String> {
+pub fn groups(bytes: &[u8]) -> Result<Vec<Group>, String> {
     let expected = "expected a MAT file of level 5, as `save -v6` or `save -v7` writes it";
     let (head, mut rest) = bytes.split_at_checked(HEAD).ok_or(expected)?;
     // Version 1.0, and `MI` as a processor of this byte order writes it.
@@ -48,14 +52,14 @@ pub fn groups(bytes: &[u8]) -> Result<Vec<Vec<Column>>, String> {
         };
         match matrix.value(None).ok_or("a variable is damaged")? {
             (_, Value::Numbers(columns)) => beside.extend(columns),
-            (_, Value::Struct(fields)) => groups.push(fields),
+            (name, Value::Struct(fields)) => groups.push((name, fields)),
             (name, Value::Object) => objects.push(name),
             (_, Value::Other) => {}
         }
     }
-    groups.push(beside);
+    groups.push((String::new(), beside));
     match objects.first() {
-        Some(name) if groups.iter().all(Vec::is_empty) => Err(format!(
+        Some(name) if groups.iter().all(|(_, columns)| columns.is_empty()) => Err(format!(
             "`{name}` is an object, as a timetable or iddata, expected vectors: of a timetable \
              `time_s = seconds(x.Time); angle_deg = x.angle;`, of iddata `time_s = \
              x.SamplingInstants; command_deg = x.u; angle_deg = x.y;`"
@@ -184,8 +188,14 @@ fn fields(mut rest: &[u8]) -> Option<Vec<Column>> {
         let name = String::from_utf8_lossy(name)
             .trim_end_matches('\0')
             .to_owned();
-        if let (_, Value::Numbers(found)) = Element::next(&mut rest)?.value(Some(name))? {
-            columns.extend(found);
+        match Element::next(&mut rest)?.value(Some(name))? {
+            (_, Value::Numbers(found)) => columns.extend(found),
+            // As Simulink nests the values in the signals of a structure with time.
+            (name, Value::Struct(inside)) => {
+                let inside = inside.into_iter();
+                columns.extend(inside.map(|(field, column)| (format!("{name}.{field}"), column)));
+            }
+            _ => {}
         }
     }
     Some(columns)
@@ -209,7 +219,7 @@ mod tests {
             ("angle_deg".to_owned(), vec![1.0, -2.0]),
         ];
         for file in [COMPRESSED, PLAIN] {
-            assert_eq!(groups(file), Ok(vec![expected.to_vec()]));
+            assert_eq!(groups(file), Ok(vec![(String::new(), expected.to_vec())]));
         }
     }
 

@@ -133,7 +133,9 @@ mod reader {
     fn row(topic: &str, members: &Map<String, Value>, since_ns: i64, message: u64) -> Option<Row> {
         let mut values = Vec::new();
         json::flatten(members, "", &mut values);
-        values.retain(|(name, value)| !value.is_infinite() && !name.starts_with("header."));
+        // The layout of an array and the stamp are no signals.
+        let is_signal = |name: &str| !name.starts_with("header.") && !name.starts_with("layout.");
+        values.retain(|(name, value)| !value.is_infinite() && is_signal(name));
         for (name, _) in &mut values {
             *name = format!("{topic}.{name}");
         }

@@ -38,6 +38,7 @@ use std::{
 };
 
 pub use column::{ColumnSelection, Columns, Quantity};
+pub use lerobot::joints_of;
 pub use lines::Delimiter;
 pub use source::{Format, Source};
 pub use table::Table;
@@ -157,8 +158,8 @@ impl Import {
             Quantity::Angle => false,
             _ => true,
         };
-        let columns = self.columns.of(table, may_lack)?;
-        clean::recording(self, table, &columns)
+        let (columns, ambiguous) = self.columns.of(table, may_lack)?;
+        clean::recording(self, table, &columns, ambiguous)
     }
 }
 

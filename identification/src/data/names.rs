@@ -55,6 +55,9 @@ fn usual_names(quantity: Quantity) -> &'static [&'static str] {
             "position_command",
             "target_pos",
             "action",
+            "joint_command",
+            "joint_commands",
+            "joint_cmd",
         ],
         Quantity::Angle => &[
             "angle_meas",
@@ -140,13 +143,12 @@ const USUAL_UNITS: [(&str, &str); 12] = [
     ("joint_pos_target", "rad"),
 ];
 
-/// The factor of the unit that is usual for a name.
-pub fn usual_unit(quantity: Quantity, name: &str) -> Option<f64> {
-    let name = unit::split(quantity, name).0;
-    let (_, unit) = USUAL_UNITS
-        .iter()
-        .find(|(usual, _)| ends_with(&name, usual))?;
-    unit::factor(quantity, unit)
+/// The unit that is usual for a name.
+pub fn usual_unit(name: &str) -> Option<&'static str> {
+    let name = unit::split(Quantity::Angle, name).0;
+    let mut units = USUAL_UNITS.iter();
+    let found = units.find(|(usual, _)| ends_with(&name, usual));
+    found.map(|(_, unit)| *unit)
 }
 
 /// Whether a name, or the last part of a path, is this one.
@@ -154,6 +156,18 @@ fn ends_with(name: &str, usual: &str) -> bool {
     let before = name.strip_suffix(usual);
     before.is_some_and(|before| before.is_empty() || before.ends_with(['/', '.']))
 }
+
+/// Parts of the paths of commands and states that are no angles.
+const OTHER_STATES: [&str; 8] = [
+    "velocity",
+    "velocities",
+    "acceleration",
+    "accelerations",
+    "effort",
+    "efforts",
+    "current",
+    "temperature",
+];
 
 /// Whether columns are joints as ROS publishes them, in radians; PlotJuggler keeps their topic.
 pub fn are_of_ros(names: &[String]) -> bool {
@@ -188,12 +202,16 @@ pub fn find(quantity: Quantity, names: &[String]) -> Result<Option<usize>, [usiz
         |parts, usual| parts.first().is_some_and(|part| part == usual),
         |parts, usual| parts.iter().any(|part| part == usual),
     ];
-    // `/command/position` is no measured position.
+    // `/command/position` is no measured position, nor `reference.velocities` a commanded one.
     let commands = usual_names(Quantity::Command);
-    let is_command = |parts: &[String]| {
-        parts.len() > 1 && parts.iter().any(|part| commands.contains(&part.as_str()))
+    let has = |parts: &[String], names: &[&str]| {
+        parts.len() > 1 && parts.iter().any(|part| names.contains(&part.as_str()))
     };
-    let may_be = |parts: &[String]| quantity != Quantity::Angle || !is_command(parts);
+    let may_be = |parts: &[String]| match quantity {
+        Quantity::Angle => !has(parts, commands) && !has(parts, &OTHER_STATES),
+        Quantity::Command => !has(parts, &OTHER_STATES),
+        _ => true,
+    };
     for is_it in is_part {
         for usual in usual_names(quantity) {
             let matches = |i: &usize| may_be(&paths[*i]) && is_it(&paths[*i], usual);

@@ -127,6 +127,8 @@ impl Source {
             }
             [0xff, 0xfe, ..] => self.decoded(u16::from_le_bytes),
             [0xfe, 0xff, ..] => self.decoded(u16::from_be_bytes),
+            // Without a byte order mark: text as ASCII has it, with the upper byte second.
+            [32..127, 0, 32..127, 0, 32..127, 0, ..] => self.decoded(u16::from_le_bytes),
             head => {
                 self.format = format(head).map_err(|problem| self.problem(problem))?;
                 Ok(self)

@@ -10,11 +10,17 @@ pub fn text(workbook: Vec<u8>) -> Result<Vec<u8>, String> {
     let damaged = |error| format!("a damaged workbook: {error}");
     let mut workbook = Xlsx::new(std::io::Cursor::new(workbook)).map_err(damaged)?;
     let sheets = workbook.worksheets();
-    let longest = sheets
-        .iter()
-        .map(|(_, sheet)| sheet)
-        .max_by_key(|sheet| sheet.height());
-    let sheet = longest.ok_or("a workbook without a sheet")?;
+    let longest = sheets.iter().max_by_key(|(_, sheet)| sheet.height());
+    let (name, sheet) = longest.ok_or("a workbook without a sheet")?;
+    let is_same = |(other, cells): &&(String, calamine::Range<Data>)| {
+        other != name && cells.rows().next() == sheet.rows().next()
+    };
+    if let Some((other, _)) = sheets.iter().find(is_same) {
+        return Err(format!(
+            "a workbook whose sheets `{name}` and `{other}` have the same header, expected one \
+             recording"
+        ));
+    }
     let cell = |cell: &Data| match cell {
         // A day of 86,400 s: where the times of a recording are dates, only differences matter.
         Data::DateTime(time) => format!("{}", time.as_f64() * 86_400.0),

@@ -1,7 +1,7 @@
 //! Named columns of numbers, as read from a file.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     path::{Path, PathBuf},
 };
 
@@ -25,6 +25,8 @@ pub struct Table {
     pub columns: Vec<Vec<f64>>,
     /// The line of each row, counted from 1.
     pub lines: Vec<u64>,
+    /// The first text of a column where a number is expected, by the index of the column.
+    pub texts: BTreeMap<usize, String>,
     /// Numbers that apply to the whole file.
     pub constants: BTreeMap<String, f64>,
     /// Whether angles without a unit are in radians.
@@ -40,6 +42,9 @@ const SHORTER: f64 = 0.01;
 
 /// A column with its name.
 pub type Column = (String, Vec<f64>);
+
+/// Columns beside each other, with the name of the struct or group that they are in.
+pub type Group = (String, Vec<Column>);
 
 impl Table {
     /// Reads a file; the delimiter is that of a text file.
@@ -83,17 +88,33 @@ impl Table {
         read(bytes, table)
     }
 
-    /// This table with the columns of the longest of several groups. Columns that are a little
-    /// shorter lack their last samples; those of another length are left out.
+    /// This table with the columns of the longest of several groups, and those of the others that
+    /// have its length. Columns that are a little shorter lack their last samples; those of another
+    /// length are left out.
     ///
     /// # Errors
-    /// [`ImportError::Content`] with the problem of the groups.
-    pub fn with(mut self, groups: Result<Vec<Vec<Column>>, String>) -> Result<Self, ImportError> {
-        let groups = groups.map_err(|problem| self.problem(1, problem))?;
-        let longest = |group: &Vec<Column>| group.iter().map(|(_, c)| c.len()).max().unwrap_or(0);
-        let group = groups.into_iter().max_by_key(longest).unwrap_or_default();
-        let rows = longest(&group);
-        for (name, mut column) in group {
+    /// [`ImportError::Content`] with the problem of the groups, and where two of them have the same
+    /// columns, as two recordings have.
+    pub fn with(mut self, groups: Result<Vec<Group>, String>) -> Result<Self, ImportError> {
+        let mut groups = groups.map_err(|problem| self.problem(1, problem))?;
+        let longest = |(_, group): &Group| group.iter().map(|(_, c)| c.len()).max().unwrap_or(0);
+        groups.sort_by_key(|group| std::cmp::Reverse(longest(group)));
+        let rows = groups.first().map_or(0, longest);
+        if let Some([a, b]) = two_recordings(&groups) {
+            let problem = format!("`{a}` and `{b}` have the same columns, expected one recording");
+            return Err(self.problem(1, problem));
+        }
+        let named = |(place, (group, columns)): (usize, Group)| {
+            let prefix = match place {
+                0 => String::new(),
+                _ if group.is_empty() => String::new(),
+                _ => format!("{group}."),
+            };
+            columns
+                .into_iter()
+                .map(move |(name, column)| (format!("{prefix}{name}"), column))
+        };
+        for (name, mut column) in groups.into_iter().enumerate().flat_map(named) {
             let missing = rows - column.len();
             if 0 < missing && (missing as f64) < SHORTER * rows as f64 {
                 let samples = if missing == 1 { "sample" } else { "samples" };
@@ -187,4 +208,16 @@ impl Table {
     pub fn is_empty(&self) -> bool {
         self.lines.is_empty()
     }
+}
+
+/// The names of two groups with several columns of the same names.
+fn two_recordings(groups: &[Group]) -> Option<[&str; 2]> {
+    let names = |(_, columns): &Group| -> BTreeSet<String> {
+        columns.iter().map(|(name, _)| name.clone()).collect()
+    };
+    let is_same = |a: &Group, b: &Group| names(a).intersection(&names(b)).nth(1).is_some();
+    let pairs = (0..groups.len()).flat_map(|b| (0..b).map(move |a| [a, b]));
+    let mut pairs = pairs.map(|pair| pair.map(|place| &groups[place]));
+    let found = pairs.find(|[a, b]| is_same(a, b));
+    found.map(|pair| pair.map(|(name, _)| name.as_str()))
 }

@@ -4,6 +4,7 @@ use std::{fs, path::PathBuf};
 
 use super::*;
 
+mod ambiguous;
 mod formats;
 mod headers;
 
@@ -137,11 +138,11 @@ fn every_error_names_file_and_line() {
         ),
         (
             &format!("{header}0,0,0\n1,0,abc\n"),
-            "run.csv:3: column 3 (`angle_deg`) is not a finite number",
+            "run.csv:3: column 3 (`angle_deg`) is `abc`, expected a finite number",
         ),
         (
             &format!("{header}0,0,0\n1,inf,0\n"),
-            "run.csv:3: column 2 (`command_deg`) is not a finite number",
+            "run.csv:3: column 2 (`command_deg`) is `inf`, expected a finite number",
         ),
         (
             &format!("{header}0,0,0\n# why\n2,0,0\n1,0,0\n"),
@@ -199,6 +200,38 @@ fn a_wrapped_angle_is_unwrapped() {
     let Imported { recording, notes } = read(text).expect("angles");
     assert_eq!(recording.angle_deg, [350.0, 358.0, 366.0, 374.0, 359.0]);
     assert!(notes[0].text.contains("2 times"), "{}", notes[0]);
+}
+
+#[test]
+fn a_command_within_the_same_turn_is_unwrapped_as_well() {
+    let Imported { recording, notes } =
+        read("t_s,command_deg,angle_deg\n0,350,340\n1,5,350\n2,20,5\n3,10,20\n")
+            .expect("it can be used");
+    assert_eq!(recording.command_deg, [350.0, 365.0, 380.0, 370.0]);
+    assert_eq!(recording.angle_deg, [340.0, 350.0, 365.0, 380.0]);
+    assert!(
+        notes
+            .iter()
+            .any(|note| note.text.starts_with("the command jumps by a turn"))
+    );
+}
+
+#[test]
+fn messages_a_moment_apart_are_no_gaps() {
+    let row = |i: u32| {
+        let time_s = 0.004 * f64::from(i);
+        format!("{time_s},{i},\n{},,{i}\n", time_s + 2e-4)
+    };
+    let rows: String = (0..50).filter(|i| !(20..30).contains(i)).map(row).collect();
+    let Imported { notes, .. } =
+        read(&format!("t_s,command_deg,angle_deg\n{rows}")).expect("a ramp");
+    let gaps: Vec<&str> = notes
+        .iter()
+        .map(|note| &*note.text)
+        .filter(|text| text.contains("without samples"))
+        .collect();
+    assert_eq!(gaps.len(), 1, "{gaps:?}");
+    assert!(gaps[0].starts_with("1 gap without samples"), "{gaps:?}");
 }
 
 #[test]

@@ -3,13 +3,14 @@
 use super::Quantity;
 
 /// Units of times, in s.
-const TIMES: [(&str, f64); 12] = [
+const TIMES: [(&str, f64); 13] = [
     ("s", 1.0),
     ("ms", 1e-3),
     ("us", 1e-6),
     ("ns", 1e-9),
     ("min", 60.0),
     ("sec", 1.0),
+    ("second", 1.0),
     ("secs", 1.0),
     ("seconds", 1.0),
     ("msec", 1e-3),
@@ -81,15 +82,15 @@ fn units(quantity: Quantity) -> &'static [(&'static str, f64)] {
 
 /// The factor of a unit by name, or given as a number.
 pub fn factor(quantity: Quantity, unit: &str) -> Option<f64> {
+    let number = || unit.trim().parse().ok();
+    known(quantity, unit).or_else(|| number().filter(|f: &f64| f.is_finite() && *f != 0.0))
+}
+
+/// The factor of a unit by name.
+fn known(quantity: Quantity, unit: &str) -> Option<f64> {
     let lower = unit.trim().to_ascii_lowercase();
-    let known = units(quantity).iter().find(|(name, _)| *name == lower);
-    let number = || {
-        lower
-            .parse()
-            .ok()
-            .filter(|f: &f64| f.is_finite() && *f != 0.0)
-    };
-    known.map(|(_, factor)| *factor).or_else(number)
+    let found = units(quantity).iter().find(|(name, _)| *name == lower);
+    found.map(|(_, factor)| *factor)
 }
 
 /// Whether the field of a line of units is one.
@@ -122,13 +123,17 @@ pub fn expected(quantity: Quantity) -> String {
     }
 }
 
-/// Splits the unit from a column's name: `pos (rad)`, `pos [rad]`, `pos_rad`.
+/// Splits the unit from a column's name: `pos (rad)`, `pos [rad]`, `pos_rad`. The index of an item,
+/// as in `position[3]`, is no unit.
 pub fn split(quantity: Quantity, name: &str) -> (String, Option<f64>) {
     let name = name.trim().to_ascii_lowercase();
     if let Some((base, unit)) = name.split_once(['(', '[']) {
+        let is_item = name[base.len()..].starts_with('[') && !base.ends_with(' ');
         let unit = unit.trim_end_matches([')', ']']);
-        if let Some(factor) = factor(quantity, unit) {
-            return (base.trim().replace([' ', '-'], "_"), Some(factor));
+        let is_index = is_item && !unit.is_empty() && unit.bytes().all(|c| c.is_ascii_digit());
+        let factor = known(quantity, unit).filter(|_| !is_index);
+        if is_index || factor.is_some() {
+            return (base.trim().replace([' ', '-'], "_"), factor);
         }
     }
     let name = name.replace([' ', '-'], "_");

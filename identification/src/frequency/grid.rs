@@ -2,7 +2,7 @@
 
 use crate::{
     recording::{Hold, Recording},
-    statistics::slots::median_step_s,
+    statistics::slots::median_step_of_s,
 };
 
 /// Multiple of the median step from which a gap separates two segments.
@@ -21,7 +21,8 @@ pub struct Stretch {
 
 /// The common step of all recordings: the longest of their median steps, s.
 pub fn common_step_s(recordings: &[&Recording]) -> Option<f64> {
-    let steps = recordings.iter().filter_map(|r| median_step_s(&r.time_s));
+    let step = |r: &&Recording| median_step_of_s(&r.time_s, &r.angle_deg);
+    let steps = recordings.iter().filter_map(step);
     steps.max_by(f64::total_cmp)
 }
 
@@ -44,7 +45,7 @@ pub fn stretches(recording: &Recording, step_s: f64) -> Vec<Stretch> {
     let held = is_held(recording);
     let complete = |&i: &usize| recording.angle_deg[i].is_finite();
     let present: Vec<usize> = (0..recording.len()).filter(complete).collect();
-    let usual_s = median_step_s(&recording.time_s).unwrap_or(step_s);
+    let usual_s = median_step_of_s(&recording.time_s, &recording.angle_deg).unwrap_or(step_s);
     let time = |i: usize| recording.time_s[i];
     let is_gap = |a: &usize, b: &usize| time(*b) - time(*a) > GAP_STEPS * usual_s;
     let mut command = Vec::with_capacity(recording.len());

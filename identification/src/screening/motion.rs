@@ -1,7 +1,7 @@
 //! Noise and fastest motion of a recorded angle, by statistics that single readings do not move.
 
 use crate::recording::Recording;
-use crate::statistics::slots::median_step_s;
+use crate::statistics::slots::median_step_of_s;
 
 /// Standard deviation of a normal variable by its median magnitude.
 const SIGMA_BY_MEDIAN: f64 = 1.4826;
@@ -42,7 +42,8 @@ impl Motion {
     pub fn of(recording: &Recording, present: &[usize]) -> Self {
         let angle = |k: usize| recording.angle_deg[present[k]];
         let time = |k: usize| recording.time_s[present[k]];
-        let step_s = median_step_s(&recording.time_s).unwrap_or(0.0);
+        let step_s = median_step_of_s(&recording.time_s, &recording.angle_deg);
+        let step_s = step_s.unwrap_or(0.0);
         let count = present.len();
         let second = (1..count.saturating_sub(1))
             .map(|k| (angle(k - 1) - 2.0 * angle(k) + angle(k + 1)).abs());

@@ -30,12 +30,26 @@ pub fn median_step_s(time_s: &[f64]) -> Option<f64> {
     Some(*median).filter(|step| step.is_finite() && *step > 0.0)
 }
 
+/// The median step of the samples at which a signal is present, s: where each message of a log is a
+/// sample, those of the others are not its own.
+pub fn median_step_of_s(time_s: &[f64], signal: &[f64]) -> Option<f64> {
+    if signal.iter().all(|value| value.is_finite()) {
+        return median_step_s(time_s);
+    }
+    let present = time_s.iter().zip(signal).filter(|(_, v)| v.is_finite());
+    median_step_s(&present.map(|(t, _)| *t).collect::<Vec<_>>())
+}
+
 impl Slots {
-    /// Sorts signals over one increasing time into slots, as long as the median step is. Gaps
+    /// Sorts signals over one increasing time into slots, as long as the median step of the one
+    /// that is sampled most often. Gaps
     /// longer than `longest_lag_s` are shortened to that, which leaves every shorter lag as it is;
     /// `None` of fewer than two samples.
     pub fn new(time_s: &[f64], signals: &[&[f64]], longest_lag_s: f64) -> Option<Self> {
-        let step_s = median_step_s(time_s)?;
+        let steps = signals
+            .iter()
+            .map(|signal| median_step_of_s(time_s, signal));
+        let step_s = steps.flatten().min_by(f64::total_cmp)?;
         // Bounded, because a step may be much shorter than the longest lag.
         let longest_lag = (longest_lag_s / step_s)
             .round()

@@ -296,6 +296,71 @@ fn columns_that_end_a_little_earlier_lack_their_last_samples_and_shorter_ones_ar
 }
 
 #[test]
+fn groups_of_the_same_length_are_beside_each_other_and_two_recordings_are_refused() {
+    let column = |name: &str| (name.to_owned(), vec![0.0, 1.0]);
+    let run = |name: &str| (name.to_owned(), vec![column("t"), column("angle")]);
+    let of = |groups: Vec<table::Group>| Table::default().with(Ok(groups));
+    let action = ("obs/arm".to_owned(), vec![column("q"), column("dq")]);
+    let table = of(vec![run("run"), action]).expect("a table");
+    assert_eq!(table.names, ["t", "angle", "obs/arm.q", "obs/arm.dq"]);
+    let error = of(vec![run("a"), run("b")]).expect_err("two recordings");
+    let expected = "`a` and `b` have the same columns, expected one recording";
+    assert!(error.to_string().contains(expected), "{error}");
+    let sample = r#"[{"t": 0, "command": 1, "angle": 2}]"#;
+    let json = format!(r#"{{"a": {sample}, "b": {sample}}}"#);
+    let error = read_as(&Import::default(), "run.json", json).expect_err("two recordings");
+    assert!(
+        error.contains("`a` and `b` are lists of samples"),
+        "{error}"
+    );
+}
+
+#[test]
+#[cfg(feature = "xlsx")]
+fn a_workbook_with_two_recordings_is_refused() {
+    const MAIN: &str = "http://schemas.openxmlformats.org/spreadsheetml/2006/main";
+    const PACKAGE: &str = "http://schemas.openxmlformats.org/package/2006";
+    const OF: &str = "http://schemas.openxmlformats.org/officeDocument/2006/relationships";
+    let book = format!(
+        r#"<workbook xmlns="{MAIN}" xmlns:r="{OF}"><sheets><sheet name="a" sheetId="1" r:id="a"/><sheet name="b" sheetId="2" r:id="b"/></sheets></workbook>"#
+    );
+    let link = |id: &str, kind: &str, target: &str| {
+        format!(r#"<Relationship Id="{id}" Type="{OF}/{kind}" Target="{target}"/>"#)
+    };
+    let linked = |links: &[String]| {
+        let links = links.concat();
+        format!(r#"<Relationships xmlns="{PACKAGE}/relationships">{links}</Relationships>"#)
+    };
+    let root = linked(&[link("r1", "officeDocument", "xl/workbook.xml")]);
+    let links =
+        linked(&["a", "b"].map(|name| link(name, "worksheet", &format!("worksheets/{name}.xml"))));
+    let sheet = |header: &str| {
+        let cells =
+            format!(r#"<c r="A1" t="str"><v>{header}</v></c><c r="B1" t="str"><v>x</v></c>"#);
+        format!(
+            r#"<worksheet xmlns="{MAIN}"><sheetData><row r="1">{cells}</row></sheetData></worksheet>"#
+        )
+    };
+    let error = |second: &str| {
+        let workbook = zipped(&[
+            ("_rels/.rels", root.as_bytes()),
+            ("xl/workbook.xml", book.as_bytes()),
+            ("xl/_rels/workbook.xml.rels", links.as_bytes()),
+            ("xl/worksheets/a.xml", sheet("time_s").as_bytes()),
+            ("xl/worksheets/b.xml", sheet(second).as_bytes()),
+        ]);
+        read_as(&Import::default(), "run.xlsx", workbook).expect_err("no recording")
+    };
+    let two = error("time_s");
+    assert!(
+        two.contains("have the same header, expected one recording"),
+        "{two}"
+    );
+    let one = error("remarks");
+    assert!(one.contains("no column is known"), "{one}");
+}
+
+#[test]
 #[cfg(feature = "parquet")]
 fn each_episode_of_a_lerobot_data_set_is_a_recording_of_the_joint() {
     for (names, version) in [
@@ -339,5 +404,9 @@ fn each_episode_of_a_lerobot_data_set_is_a_recording_of_the_joint() {
             error.contains("expected --joint with one of wrist, elbow"),
             "{error}"
         );
+        let error = read(Some("nose")).expect_err("no joint").to_string();
+        let expected = "no joint `nose`, expected --joint with one of wrist, elbow";
+        assert!(error.contains(expected), "{error}");
+        assert_eq!(read(Some("elbow.pos")).expect("two episodes").len(), 2);
     }
 }

@@ -20,6 +20,14 @@ fn the_header_is_the_last_line_of_text_or_comment_before_the_numbers() {
         "time,command,angle\n[s],[deg],[deg]\n0,1,2\n0.1,3,4\n",
         "time_s,mode,command_deg,angle_deg\n0,auto,1,2\n0.1,auto,3,4\n",
         "time_s,command_deg,angle_deg\n0,1,2,\n0.1,3,4,\n",
+        // A spreadsheet with a preamble and a footer, both as wide as the table.
+        "Bench 7;;\nDate;01.05.2024;\n;;\nZeit;Soll;Ist\ns;\u{b0};\u{b0}\n0;1;2\n0,1;3;4\n;;\nend;;\n",
+        "time,target,position\nSecond,deg,deg\n0,1,2\n0.1,3,4\n",
+        // LabVIEW: two heads, and comments that most lines lack.
+        "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\nX0\t0\t0\n\
+         Delta_X\t0.1\t0.1\n***End_of_Header***\t\t\nX_Value\tCommand\tPosition\tComment\n\
+         0\t1\t2\n0.1\t3\t4\n",
+        "time_s,command_deg,angle_deg\n0,1,2\ntime_s,command_deg,angle_deg\n0.1,3,4\n",
         "time_s,command_deg,angle_deg\r\n0,1,2\r\n0.1,3,4\r\n0.2,5",
     ] {
         let read = recording(&Import::default(), text);
@@ -43,6 +51,7 @@ fn text_in_utf_16_and_in_latin_1_is_read() {
     for bytes in [
         utf_16(u16::to_le_bytes),
         utf_16(u16::to_be_bytes),
+        utf_16(u16::to_le_bytes)[2..].to_vec(),
         latin_1,
         text.into(),
     ] {
