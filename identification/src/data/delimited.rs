@@ -16,7 +16,7 @@ const MISSING: [&str; 11] = [
     "", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "1.#qnan",
 ];
 /// The first line of LabVIEW's measurement files, and the last of each of their two heads.
-const LABVIEW: &str = "LabVIEW Measurement";
+const LABVIEW: &str = "LabVIEW";
 const END_OF_HEAD: &str = "***End_of_Header***";
 /// Lines of text behind the samples that are left out.
 const FOOTER: usize = 20;
@@ -100,7 +100,7 @@ fn heading(lines: &mut Lines) -> Result<Table, ImportError> {
             fields: line.fields.to_vec(),
         };
         let width = line.fields.len();
-        if line.number == 1 && line.fields[0] == LABVIEW {
+        if line.number == 1 && line.fields[0].starts_with(LABVIEW) {
             heads = 2;
         }
         if heads > 0 {

@@ -27,6 +27,8 @@ fn the_header_is_the_last_line_of_text_or_comment_before_the_numbers() {
         "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\nX0\t0\t0\n\
          Delta_X\t0.1\t0.1\n***End_of_Header***\t\t\nX_Value\tCommand\tPosition\tComment\n\
          0\t1\t2\n0.1\t3\t4\n",
+        "LabVIEW Measurement\nSeparator\tTab\n***End_of_Header***\n\nDelta_X\t0.1\t0.1\n\
+         ***End_of_Header***\nX_Value\tCommand\tPosition\n0\t1\t2\n0.1\t3\t4\n",
         "time_s,command_deg,angle_deg\n0,1,2\ntime_s,command_deg,angle_deg\n0.1,3,4\n",
         "time_s,command_deg,angle_deg\r\n0,1,2\r\n0.1,3,4\r\n0.2,5",
     ] {
