@@ -78,16 +78,19 @@ impl Identify {
             return Err(Error::Conflict(problem.into()));
         }
         // A joint that is not moved does not end the run.
-        let mut first_error = None;
+        let mut open = Vec::new();
         for joint in joints {
             output::print(&format!("\n{joint}\n"))?;
-            self.data.joint = Some(joint);
+            self.data.joint = Some(joint.clone());
             if let Err(error) = self.run_one() {
                 note!("error: {error}");
-                first_error = first_error.or(Some(error));
+                open.push(joint);
             }
         }
-        first_error.map_or(Ok(()), Err)
+        match open.is_empty() {
+            true => Ok(()),
+            false => Err(Error::Refused(format!("not fitted: {}", open.join(", ")))),
+        }
     }
 
     fn run_one(&self) -> Result<(), Error> {

@@ -144,8 +144,9 @@ impl DataOptions {
 
     /// The joints of a data set of which none is chosen; none for other recordings.
     pub fn joints(&self) -> Result<Vec<String>, Error> {
-        match self.data.iter().find(|path| path.is_dir()) {
-            Some(folder) if self.joint.is_none() && self.columns.is_empty() => {
+        let is_chosen = self.joint.is_some() || !self.columns.is_empty();
+        match self.data.first() {
+            Some(folder) if !is_chosen && self.data.iter().all(|path| path.is_dir()) => {
                 Ok(joints_of(folder)?)
             }
             _ => Ok(Vec::new()),

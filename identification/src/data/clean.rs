@@ -305,6 +305,23 @@ impl Cleaning<'_> {
         }
     }
 
+    /// Brings the command to the turns of an unwrapped angle: as it is, or unwrapped as well, and
+    /// by whole turns, whichever is closer to the angle. Its jumps may be steps of nearly a turn.
+    fn follow_turns(&mut self, recording: &mut Recording, rows: &[usize]) {
+        let mut unwrapped = recording.command_deg.clone();
+        let wrapped = unwrap(&mut unwrapped);
+        let angle = &recording.angle_deg;
+        let as_it_is = nearest_turns(&recording.command_deg, angle);
+        let unwrapped = nearest_turns(&unwrapped, angle);
+        if let Some((index, turns)) = wrapped.filter(|_| unwrapped.1 < as_it_is.1) {
+            let text = format!("the command jumps by a turn, {turns} times: it is unwrapped");
+            self.note(self.table.line(rows[index]), text);
+            recording.command_deg = unwrapped.0;
+        } else {
+            recording.command_deg = as_it_is.0;
+        }
+    }
+
     fn note_gaps(&mut self, rows: &[usize], times: &[f64]) {
         let angle = self.located(Quantity::Angle);
         let angle = angle.map_or(&[][..], |angle| &self.table.columns[angle.index]);
@@ -354,11 +371,7 @@ impl Cleaning<'_> {
         if let Some((index, turns)) = wrapped {
             let text = format!("the angle jumps by a turn, {turns} times: it is unwrapped");
             self.note(self.table.line(rows[index]), text);
-            // A command in the same range begins again as well.
-            if let Some((index, turns)) = unwrap(&mut recording.command_deg) {
-                let text = format!("the command jumps by a turn, {turns} times: it is unwrapped");
-                self.note(self.table.line(rows[index]), text);
-            }
+            self.follow_turns(recording, rows);
         }
         let mut off = Tally::default();
         let motor_on = recording.motor_on.iter().flatten().enumerate();
@@ -456,6 +469,22 @@ fn unwrap(angle_deg: &mut [f64]) -> Option<(usize, usize)> {
         *angle = raw + offset_deg;
     }
     first.map(|first| (first, times))
+}
+
+/// A command moved by the whole turns that bring it closest to the angle, and its mean distance.
+fn nearest_turns(command_deg: &[f64], angle_deg: &[f64]) -> (Vec<f64>, f64) {
+    let distance = |turns: f64| {
+        let pairs = command_deg.iter().zip(angle_deg);
+        let differences = pairs.map(|(command, angle)| (command + 360.0 * turns - angle).abs());
+        let present = differences.filter(|difference| !difference.is_nan());
+        let (sum, count) = present.fold((0.0, 0.0), |(sum, n), d| (sum + d, n + 1.0));
+        sum / count
+    };
+    let turns = [0.0, -1.0, 1.0].into_iter();
+    let best = turns.min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
+    let turns = best.unwrap_or(0.0);
+    let moved = command_deg.iter().map(|command| command + 360.0 * turns);
+    (moved.collect(), distance(turns))
 }
 
 /// Whether the values, but for a few bad ones, are those of an angle that begins again after a

@@ -193,11 +193,25 @@ impl Columns {
         may_lack: impl Fn(Quantity) -> bool,
     ) -> Result<(Vec<LocatedColumn>, Vec<String>), ImportError> {
         let (mut columns, mut lacking, mut left_out) = (Vec::new(), Vec::new(), Vec::new());
+        if let Some([a, b]) = &table.rivals
+            && self.joint.is_none()
+            && !self
+                .selected
+                .iter()
+                .any(|selection| selection.quantity.is_angle())
+        {
+            let problem = format!(
+                "`{a}` and `{b}` both have command and angle, expected one recording: --joint {a} \
+                 chooses"
+            );
+            return Err(table.problem(table.header_line, problem));
+        }
         for quantity in Quantity::ALL {
             let found = match self.selected.iter().rev().find(|c| c.quantity == quantity) {
                 Some(selection) => Some(selected(table, selection)?),
                 None => match self.usual(table, quantity) {
                     Ok(found) => found,
+                    Err(_) if may_lack(quantity) && quantity == Quantity::Time => continue,
                     Err(problem) if may_lack(quantity) => {
                         left_out.push(format!("{problem}; it is left out"));
                         continue;
@@ -234,16 +248,21 @@ impl Columns {
 
     /// The column with a usual name of a quantity; the problem of two such columns.
     fn usual(&self, table: &Table, quantity: Quantity) -> Result<Option<LocatedColumn>, String> {
-        let of_joint = self.joint.as_ref().filter(|_| quantity != Quantity::Time);
-        let found = match of_joint {
+        // A joint may have its own time, or share one.
+        let of_joint = match &self.joint {
             Some(joint) => quantity.find(&names::of_joint(&table.names, joint)),
-            None => quantity.find(&table.names),
+            None => quantity.find(&table.names[..table.own_columns.min(table.names.len())]),
+        };
+        let is_of_all = self.joint.is_none() || quantity == Quantity::Time;
+        let found = match of_joint {
+            Ok(None) if is_of_all => quantity.find(&table.names),
+            found => found,
         };
         match found {
             Ok(found) => Ok(found.map(|index| located(table, quantity, index))),
             Err([a, b]) => {
                 let (a, b, name) = (&table.names[a], &table.names[b], quantity.name());
-                let joint = match of_joint {
+                let joint = match &self.joint {
                     Some(_) => "",
                     None => ", or --joint JOINT where the columns have the names of joints",
                 };
@@ -278,8 +297,19 @@ fn selected(table: &Table, selection: &ColumnSelection) -> Result<LocatedColumn,
         .names
         .iter()
         .position(|name| *name == selection.column);
+    // A column of a struct or group, by its own name.
+    let in_group = || {
+        let ends = |name: &&String| {
+            let before = name.strip_suffix(&selection.column);
+            before.is_some_and(|before| before.ends_with('.'))
+        };
+        let mut found = table.names.iter().filter(ends);
+        let name = found.next().filter(|_| found.next().is_none())?;
+        table.names.iter().position(|other| other == name)
+    };
     let index = exact
         .or_else(|| table.names.iter().position(is_it))
+        .or_else(in_group)
         .or_else(by_number);
     let index = index.ok_or_else(|| {
         let problem = format!("no column `{}`: {}", selection.column, table.described());

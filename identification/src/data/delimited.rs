@@ -15,8 +15,9 @@ const LINES_PER_REPORT: usize = 1 << 14;
 const MISSING: [&str; 11] = [
     "", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "1.#qnan",
 ];
-/// The first line of LabVIEW's measurement files, and the last of each of their two heads.
-const LABVIEW: &str = "LabVIEW";
+/// The first lines of the two heads of LabVIEW's measurement files, and the last line of each.
+const LABVIEW: &str = "LabVIEW Measurement";
+const SECOND_HEAD: &str = "Channels";
 const END_OF_HEAD: &str = "***End_of_Header***";
 /// Lines of text behind the samples that are left out.
 const FOOTER: usize = 20;
@@ -31,13 +32,14 @@ pub fn read(
     let mut lines = Lines::new(source, delimiter);
     let mut table = heading(&mut lines)?;
     let mut cut: Option<ImportError> = None;
+    let is_named = table.names.iter().any(|name| number(name).is_none());
+    let mut repeated = None;
     while let Some(line) = lines.next_line()? {
         if let Some(error) = cut {
             return Err(error);
         }
-        if line.fields == table.names {
-            let text = "the header is repeated, and left out";
-            table.notes.push((line.number(), text.into()));
+        if is_named && (line.fields == table.names || line.fields == table.units) {
+            repeated = repeated.or(Some(line.number()));
             continue;
         }
         let is_shorter = line.fields.len() < table.columns.len();
@@ -55,6 +57,10 @@ pub fn read(
     if cut.is_some() {
         let line = table.lines.last().map_or(1, |line| line + 1);
         let text = "the last line is cut off, and left out";
+        table.notes.push((line, text.into()));
+    }
+    if let Some(line) = repeated {
+        let text = "the header is repeated, here first, and left out";
         table.notes.push((line, text.into()));
     }
     without_footer(&mut table);
@@ -86,7 +92,7 @@ struct Line {
 /// The columns of a file with their names and units, and its first row.
 fn heading(lines: &mut Lines) -> Result<Table, ImportError> {
     let mut above: Vec<Line> = Vec::new();
-    let mut heads = 0;
+    let (mut is_labview, mut is_head) = (false, false);
     loop {
         let Some(line) = lines.next_line()? else {
             let Some(header) = above.pop() else {
@@ -100,11 +106,10 @@ fn heading(lines: &mut Lines) -> Result<Table, ImportError> {
             fields: line.fields.to_vec(),
         };
         let width = line.fields.len();
-        if line.number == 1 && line.fields[0].starts_with(LABVIEW) {
-            heads = 2;
-        }
-        if heads > 0 {
-            heads -= usize::from(line.fields[0] == END_OF_HEAD);
+        is_labview |= line.number == 1 && line.fields.join(" ").trim() == LABVIEW;
+        is_head |= is_labview && (line.number == 1 || line.fields[0] == SECOND_HEAD);
+        if is_head {
+            is_head = line.fields[0] != END_OF_HEAD;
             continue;
         }
         // The empty row of a spreadsheet.
@@ -118,7 +123,11 @@ fn heading(lines: &mut Lines) -> Result<Table, ImportError> {
             continue;
         }
         lines.settle();
-        let mut table = match above.pop() {
+        // A text that is narrower than the numbers names no columns.
+        let ends_empty = line.fields.last().is_some_and(String::is_empty);
+        let least = width - usize::from(ends_empty);
+        let header = above.pop().filter(|header| header.fields.len() >= least);
+        let mut table = match header {
             Some(header) => {
                 let names = above
                     .pop()

@@ -6,9 +6,10 @@
 
 use std::collections::BTreeMap;
 
+use serde::Deserialize;
 use serde_json::{Map, Value, value::RawValue};
 
-use super::{ImportError, Table, clock, table::Column};
+use super::{ImportError, Quantity, Table, clock, table::Column};
 
 /// Names of the numbers of the whole run in these files, with those of the model parameters.
 const CONSTANTS: [(&str, &str); 4] = [
@@ -80,12 +81,15 @@ fn samples_of<'a>(
         inside.is_some_and(|inside| inside.trim_start().starts_with('{'))
     };
     let mut lists = members.iter().filter(|(_, value)| has_samples(value));
-    let samples = match (members.get("entries"), lists.next(), lists.next()) {
+    let mut recordings = lists
+        .clone()
+        .filter(|(_, value)| has_command_and_angle(value));
+    let samples = match (members.get("entries"), recordings.next(), recordings.next()) {
         (None, Some((a, _)), Some((b, _))) => {
             let problem = format!("`{a}` and `{b}` are lists of samples, expected one recording");
             return Err(serde::de::Error::custom(problem));
         }
-        (entries, first, _) => entries.or(first.map(|(_, value)| value)),
+        (entries, first, _) => entries.or(first.or(lists.next()).map(|(_, value)| value)),
     };
     for (theirs, ours) in CONSTANTS {
         let value = members
@@ -99,6 +103,20 @@ fn samples_of<'a>(
     samples
         .map(|samples| serde_json::from_str(samples.get()))
         .transpose()
+}
+
+/// Whether the first sample of a list has a command and an angle.
+fn has_command_and_angle(list: &RawValue) -> bool {
+    let mut items = serde_json::Deserializer::from_str(list.get().trim_start_matches('['));
+    let Ok(first) = Map::<String, Value>::deserialize(&mut items) else {
+        return false;
+    };
+    let mut row = Vec::new();
+    flatten(&first, "", &mut row);
+    let names: Vec<String> = row.into_iter().map(|(name, _)| name).collect();
+    [Quantity::Command, Quantity::Angle]
+        .iter()
+        .all(|quantity| !matches!(quantity.find(&names), Ok(None)))
 }
 
 /// The columns of an object with a list or, as pandas writes it, an object for each.

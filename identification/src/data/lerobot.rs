@@ -24,14 +24,15 @@ pub fn read(
 ) -> Result<Vec<Imported>, ImportError> {
     let (path, info) = described(folder)?;
     let problem = |problem| invalid(&path, problem);
-    let joints = VECTORS.map(|vector| joints(&info["features"][vector]["names"]));
+    let features = VECTORS.map(|vector| joints(&info["features"][vector]["names"]));
+    let known = in_both(&features);
     let given = import.columns.joint.as_deref();
     let given = given.map(|joint| joint.trim_end_matches(SUFFIX));
-    let is_unknown = given.is_some_and(|given| !joints[1].iter().any(|joint| joint == given));
+    let is_unknown = given.is_some_and(|given| !known.iter().any(|joint| joint == given));
     if (given.is_none() || is_unknown) && import.columns.selected.is_empty() {
-        let expected = match joints[1].is_empty() {
+        let expected = match known.is_empty() {
             true => "--column command=action[0] --column angle=observation.state[0]".to_owned(),
-            false => format!("--joint with one of {}", joints[1].join(", ")),
+            false => format!("--joint with one of {}", known.join(", ")),
         };
         let text = match given.filter(|_| is_unknown) {
             Some(given) => format!("no joint `{given}`, expected {expected}"),
@@ -51,7 +52,7 @@ pub fn read(
     let mut noted = BTreeSet::new();
     for file in tables(&folder.join("data"))? {
         let mut table = Table::read(&file, None, progress)?;
-        name_joints(&mut table, &joints);
+        name_joints(&mut table, &features);
         for (episode, table) in episodes(&table) {
             let mut imported = import.recording(&table)?;
             imported.recording.name = format!("episode {episode}");
@@ -74,7 +75,14 @@ pub fn read(
 /// [`ImportError`] of its description.
 pub fn joints_of(folder: &Path) -> Result<Vec<String>, ImportError> {
     let (_, info) = described(folder)?;
-    Ok(joints(&info["features"][VECTORS[1]]["names"]))
+    let features = VECTORS.map(|vector| joints(&info["features"][vector]["names"]));
+    Ok(in_both(&features))
+}
+
+/// The joints with command and angle.
+fn in_both([commands, angles]: &[Vec<String>; 2]) -> Vec<String> {
+    let is_commanded = |joint: &&String| commands.contains(joint);
+    angles.iter().filter(is_commanded).cloned().collect()
 }
 
 /// The description of a data set, with its path.

@@ -158,16 +158,16 @@ fn ends_with(name: &str, usual: &str) -> bool {
 }
 
 /// Parts of the paths of commands and states that are no angles.
-const OTHER_STATES: [&str; 8] = [
+const OTHER_STATES: [&str; 6] = [
     "velocity",
     "velocities",
     "acceleration",
     "accelerations",
     "effort",
     "efforts",
-    "current",
-    "temperature",
 ];
+/// The same of their last parts.
+const OTHER_VALUES: [&str; 5] = ["current", "temperature", "time", "t", "timestamp"];
 
 /// Whether columns are joints as ROS publishes them, in radians; PlotJuggler keeps their topic.
 pub fn are_of_ros(names: &[String]) -> bool {
@@ -207,9 +207,13 @@ pub fn find(quantity: Quantity, names: &[String]) -> Result<Option<usize>, [usiz
     let has = |parts: &[String], names: &[&str]| {
         parts.len() > 1 && parts.iter().any(|part| names.contains(&part.as_str()))
     };
+    let is_other = |parts: &[String]| {
+        let last = parts.last().filter(|_| parts.len() > 1);
+        has(parts, &OTHER_STATES) || last.is_some_and(|it| OTHER_VALUES.contains(&it.as_str()))
+    };
     let may_be = |parts: &[String]| match quantity {
-        Quantity::Angle => !has(parts, commands) && !has(parts, &OTHER_STATES),
-        Quantity::Command => !has(parts, &OTHER_STATES),
+        Quantity::Angle => !has(parts, commands) && !is_other(parts),
+        Quantity::Command => !is_other(parts),
         _ => true,
     };
     for is_it in is_part {

@@ -13,7 +13,7 @@ pub fn text(workbook: Vec<u8>) -> Result<Vec<u8>, String> {
     let longest = sheets.iter().max_by_key(|(_, sheet)| sheet.height());
     let (name, sheet) = longest.ok_or("a workbook without a sheet")?;
     let is_same = |(other, cells): &&(String, calamine::Range<Data>)| {
-        other != name && cells.rows().next() == sheet.rows().next()
+        other != name && cells.height() > 1 && cells.rows().next() == sheet.rows().next()
     };
     if let Some((other, _)) = sheets.iter().find(is_same) {
         return Err(format!(

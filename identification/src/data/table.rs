@@ -1,13 +1,13 @@
 //! Named columns of numbers, as read from a file.
 
 use std::{
-    collections::{BTreeMap, BTreeSet},
+    collections::BTreeMap,
     path::{Path, PathBuf},
 };
 
 use super::{
-    Delimiter, Format, ImportError, Progress, Source, dataflash, delimited, hdf5, json, mat, mcap,
-    parquet,
+    Delimiter, Format, ImportError, Progress, Quantity, Source, dataflash, delimited, hdf5, json,
+    mat, mcap, parquet,
 };
 
 /// The numbers of a file, with the line of each row.
@@ -25,6 +25,10 @@ pub struct Table {
     pub columns: Vec<Vec<f64>>,
     /// The line of each row, counted from 1.
     pub lines: Vec<u64>,
+    /// Number of the first columns that are of one group; a quantity is looked for in them first.
+    pub own_columns: usize,
+    /// Two groups that may both be the recording.
+    pub rivals: Option<[String; 2]>,
     /// The first text of a column where a number is expected, by the index of the column.
     pub texts: BTreeMap<usize, String>,
     /// Numbers that apply to the whole file.
@@ -88,33 +92,36 @@ impl Table {
         read(bytes, table)
     }
 
-    /// This table with the columns of the longest of several groups, and those of the others that
-    /// have its length. Columns that are a little shorter lack their last samples; those of another
-    /// length are left out.
+    /// This table with the columns of several groups: first those of the group with the most
+    /// quantities, or the longest one, then those of the others that have its length. Columns that
+    /// are a little shorter lack their last samples; those of another length are left out.
     ///
     /// # Errors
-    /// [`ImportError::Content`] with the problem of the groups, and where two of them have the same
-    /// columns, as two recordings have.
+    /// [`ImportError::Content`] with the problem of the groups.
     pub fn with(mut self, groups: Result<Vec<Group>, String>) -> Result<Self, ImportError> {
-        let mut groups = groups.map_err(|problem| self.problem(1, problem))?;
-        let longest = |(_, group): &Group| group.iter().map(|(_, c)| c.len()).max().unwrap_or(0);
-        groups.sort_by_key(|group| std::cmp::Reverse(longest(group)));
-        let rows = groups.first().map_or(0, longest);
-        if let Some([a, b]) = two_recordings(&groups) {
-            let problem = format!("`{a}` and `{b}` have the same columns, expected one recording");
-            return Err(self.problem(1, problem));
-        }
-        let named = |(place, (group, columns)): (usize, Group)| {
-            let prefix = match place {
-                0 => String::new(),
-                _ if group.is_empty() => String::new(),
-                _ => format!("{group}."),
-            };
-            columns
-                .into_iter()
-                .map(move |(name, column)| (format!("{prefix}{name}"), column))
+        let groups = groups.map_err(|problem| self.problem(1, problem))?;
+        let mut groups: Vec<(usize, usize, Group)> = groups
+            .into_iter()
+            .map(|group| (quantities(&group), longest(&group), group))
+            .collect();
+        groups.sort_by_key(|(quantities, rows, _)| std::cmp::Reverse((*quantities, *rows)));
+        let (quantities, rows) = groups.first().map_or((0, 0), |(q, rows, _)| (*q, *rows));
+        self.rivals = match &groups[..] {
+            [(.., (a, _)), (q, r, (b, _)), ..] if (*q, *r) == (quantities, rows) && *q == 2 => {
+                Some([a.clone(), b.clone()])
+            }
+            _ => None,
         };
-        for (name, mut column) in groups.into_iter().enumerate().flat_map(named) {
+        self.own_columns = groups.first().map_or(0, |(.., (_, own))| own.len());
+        let named = |(.., (group, columns)): (usize, usize, Group)| {
+            let prefix = match group.is_empty() {
+                true => group,
+                false => format!("{group}."),
+            };
+            let of = move |(name, column)| (format!("{prefix}{name}"), column);
+            columns.into_iter().map(of)
+        };
+        for (name, mut column) in groups.into_iter().flat_map(named) {
             let missing = rows - column.len();
             if 0 < missing && (missing as f64) < SHORTER * rows as f64 {
                 let samples = if missing == 1 { "sample" } else { "samples" };
@@ -210,14 +217,20 @@ impl Table {
     }
 }
 
-/// The names of two groups with several columns of the same names.
-fn two_recordings(groups: &[Group]) -> Option<[&str; 2]> {
-    let names = |(_, columns): &Group| -> BTreeSet<String> {
-        columns.iter().map(|(name, _)| name.clone()).collect()
-    };
-    let is_same = |a: &Group, b: &Group| names(a).intersection(&names(b)).nth(1).is_some();
-    let pairs = (0..groups.len()).flat_map(|b| (0..b).map(move |a| [a, b]));
-    let mut pairs = pairs.map(|pair| pair.map(|place| &groups[place]));
-    let found = pairs.find(|[a, b]| is_same(a, b));
-    found.map(|pair| pair.map(|(name, _)| name.as_str()))
+/// How many of command and angle are in a group.
+fn quantities((_, columns): &Group) -> usize {
+    let names: Vec<String> = columns.iter().map(|(name, _)| name.clone()).collect();
+    let is_in = |quantity: &Quantity| !matches!(quantity.find(&names), Ok(None));
+    [Quantity::Command, Quantity::Angle]
+        .iter()
+        .filter(|q| is_in(q))
+        .count()
+}
+
+fn longest((_, columns): &Group) -> usize {
+    columns
+        .iter()
+        .map(|(_, column)| column.len())
+        .max()
+        .unwrap_or(0)
 }

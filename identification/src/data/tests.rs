@@ -217,6 +217,46 @@ fn a_command_within_the_same_turn_is_unwrapped_as_well() {
 }
 
 #[test]
+fn a_step_of_nearly_a_turn_is_no_wrap_of_the_command() {
+    let mut text = String::from("t_s,command_deg,angle_deg\n");
+    // At rest near zero, the angle wraps by its noise; the steps are fast motions.
+    for i in 0..60 {
+        let (command, angle) = match i {
+            0..20 => (0.0, if i % 2 == 0 { 0.02 } else { 359.98 }),
+            20 => (300.0, 150.0),
+            _ => (300.0, 300.0),
+        };
+        text += &format!("{i},{command},{angle}\n");
+    }
+    let Imported { recording, notes } = read(&text).expect("it can be used");
+    assert!(
+        notes[0].text.starts_with("the angle jumps by a turn"),
+        "{notes:?}"
+    );
+    assert_eq!(recording.command_deg[59] - recording.command_deg[0], 300.0);
+    assert_eq!(recording.angle_deg[59], recording.command_deg[59]);
+}
+
+#[test]
+fn a_command_is_on_the_turn_of_the_angle() {
+    let Imported { recording, .. } =
+        read("t_s,command_deg,angle_deg\n0,1,359\n1,2,359.5\n2,3,0.5\n3,4,2\n")
+            .expect("it can be used");
+    assert_eq!(recording.command_deg, [361.0, 362.0, 363.0, 364.0]);
+    assert_eq!(recording.angle_deg, [359.0, 359.5, 360.5, 362.0]);
+}
+
+#[test]
+fn rows_without_header_are_no_repeated_header() {
+    let import = Import {
+        rate_hz: Some(50.0),
+        ..with_columns(&["command=1:deg", "angle=2:deg"])
+    };
+    let read = read_as(&import, "run.csv", "ready\n0,1\n1,2\n1,2\n2,3\n").expect("samples");
+    assert_eq!(read.recording.angle_deg, [1.0, 2.0, 2.0, 3.0]);
+}
+
+#[test]
 fn messages_a_moment_apart_are_no_gaps() {
     let row = |i: u32| {
         let time_s = 0.004 * f64::from(i);

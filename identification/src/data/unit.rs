@@ -123,17 +123,33 @@ pub fn expected(quantity: Quantity) -> String {
     }
 }
 
+/// Whether a name ends with the index of an item: a number right behind it, in square brackets, or
+/// in round ones where it is no unit.
+fn is_item(name: &str) -> bool {
+    let Some((base, index)) = name.rsplit_once(['(', '[']) else {
+        return false;
+    };
+    let index = index.trim_end_matches([')', ']']);
+    let is_number = !index.is_empty() && index.bytes().all(|c| c.is_ascii_digit());
+    let is_unit = name.ends_with(')') && known(Quantity::Duty, index).is_some();
+    is_number && !is_unit && !base.ends_with(' ')
+}
+
 /// Splits the unit from a column's name: `pos (rad)`, `pos [rad]`, `pos_rad`. The index of an item,
 /// as in `position[3]`, is no unit.
 pub fn split(quantity: Quantity, name: &str) -> (String, Option<f64>) {
     let name = name.trim().to_ascii_lowercase();
-    if let Some((base, unit)) = name.split_once(['(', '[']) {
-        let is_item = name[base.len()..].starts_with('[') && !base.ends_with(' ');
+    if let Some((base, unit)) = name.rsplit_once(['(', '[']) {
         let unit = unit.trim_end_matches([')', ']']);
-        let is_index = is_item && !unit.is_empty() && unit.bytes().all(|c| c.is_ascii_digit());
-        let factor = known(quantity, unit).filter(|_| !is_index);
+        let is_index = is_item(&name);
+        let factor = factor(quantity, unit).filter(|_| !is_index);
         if is_index || factor.is_some() {
-            return (base.trim().replace([' ', '-'], "_"), factor);
+            let base = base.trim();
+            let (item, _) = base
+                .rsplit_once('[')
+                .filter(|_| is_item(base))
+                .unwrap_or((base, ""));
+            return (item.replace([' ', '-'], "_"), factor);
         }
     }
     let name = name.replace([' ', '-'], "_");

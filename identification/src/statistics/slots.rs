@@ -42,9 +42,8 @@ pub fn median_step_of_s(time_s: &[f64], signal: &[f64]) -> Option<f64> {
 
 impl Slots {
     /// Sorts signals over one increasing time into slots, as long as the median step of the one
-    /// that is sampled most often. Gaps
-    /// longer than `longest_lag_s` are shortened to that, which leaves every shorter lag as it is;
-    /// `None` of fewer than two samples.
+    /// that is sampled most often. Gaps longer than `longest_lag_s` are shortened to that, which
+    /// leaves every shorter lag as it is; `None` of fewer than two samples.
     pub fn new(time_s: &[f64], signals: &[&[f64]], longest_lag_s: f64) -> Option<Self> {
         let steps = signals
             .iter()

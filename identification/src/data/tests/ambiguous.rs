@@ -20,6 +20,15 @@ fn an_index_in_a_name_is_no_unit() {
             [2.0, 4.0],
         ),
         ("time_s,cmd(deg),pos[rad]\n0,1,0\n0.1,3,1\n", [0.0, 57.3]),
+        (
+            "time_s,cmd[1] (deg),pos[0] (rad)\n0,1,0\n0.1,3,1\n",
+            [0.0, 57.3],
+        ),
+        ("time_s,cmd (deg),pos [0.5]\n0,1,2\n0.1,3,4\n", [1.0, 2.0]),
+        (
+            "time_s,target.position (deg),current.position\n0,1,2\n0.1,3,4\n",
+            [2.0, 4.0],
+        ),
     ] {
         let read = read(text).expect("a recording").recording;
         assert_eq!(read.command_deg, [1.0, 3.0]);

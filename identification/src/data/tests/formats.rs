@@ -295,18 +295,74 @@ fn columns_that_end_a_little_earlier_lack_their_last_samples_and_shorter_ones_ar
     assert!(texts.contains(&"column `duty_pct` with 100 samples is left out: others have 400"));
 }
 
+/// A table of groups of columns, each with its value at both samples.
+fn grouped(groups: &[(&str, &[(&str, f64)])]) -> Table {
+    let column = |(name, value): &(&str, f64)| ((*name).to_owned(), vec![*value; 2]);
+    let group = |(name, columns): &(&str, &[_])| {
+        let columns = columns.iter().map(column).collect();
+        ((*name).to_owned(), columns)
+    };
+    let groups = groups.iter().map(group).collect();
+    Table::default().with(Ok(groups)).expect("a table")
+}
+
 #[test]
-fn groups_of_the_same_length_are_beside_each_other_and_two_recordings_are_refused() {
-    let column = |name: &str| (name.to_owned(), vec![0.0, 1.0]);
-    let run = |name: &str| (name.to_owned(), vec![column("t"), column("angle")]);
-    let of = |groups: Vec<table::Group>| Table::default().with(Ok(groups));
-    let action = ("obs/arm".to_owned(), vec![column("q"), column("dq")]);
-    let table = of(vec![run("run"), action]).expect("a table");
-    assert_eq!(table.names, ["t", "angle", "obs/arm.q", "obs/arm.dq"]);
-    let error = of(vec![run("a"), run("b")]).expect_err("two recordings");
-    let expected = "`a` and `b` have the same columns, expected one recording";
-    assert!(error.to_string().contains(expected), "{error}");
+fn a_quantity_is_looked_for_in_the_group_with_command_and_angle_first() {
+    let error: (&str, &[_]) = ("error", &[("angle", 9.0), ("x", 9.0)]);
+    let run: (&str, &[_]) = ("run", &[("command", 1.0), ("angle", 2.0)]);
+    let table = grouped(&[error, run, ("", &[("t", 0.0)])]);
+    assert_eq!(
+        table.names,
+        ["run.command", "run.angle", "error.angle", "error.x", "t"]
+    );
+    let import = Import {
+        rate_hz: Some(1.0),
+        ..Import::default()
+    };
+    let recording = |import: &Import, table: &Table| import.recording(table).map(|it| it.recording);
+    let read = recording(&import, &table).expect("a recording");
+    assert_eq!((read.command_deg[0], read.angle_deg[0]), (1.0, 2.0));
+    let import = with_columns(&["command=x", "angle=command"]);
+    let import = Import {
+        rate_hz: Some(1.0),
+        ..import
+    };
+    let read = recording(&import, &table).expect("a recording");
+    assert_eq!((read.command_deg[0], read.angle_deg[0]), (9.0, 1.0));
+}
+
+#[test]
+fn of_two_recordings_in_a_file_one_is_chosen_by_its_name() {
+    let left: (&str, &[_]) = ("left", &[("command", 1.0), ("angle", 2.0)]);
+    let right: (&str, &[_]) = ("right", &[("command", 3.0), ("angle", 4.0)]);
+    let gains: (&str, &[_]) = ("pid", &[("kp", 1.0), ("ki", 2.0)]);
+    let table = grouped(&[left, right, gains]);
+    let of_joint = |joint: Option<&str>| {
+        let import = Import {
+            columns: Columns {
+                selected: Vec::new(),
+                joint: joint.map(String::from),
+            },
+            rate_hz: Some(1.0),
+            ..Import::default()
+        };
+        import.recording(&table).map(|it| it.recording.angle_deg[0])
+    };
+    let error = of_joint(None).expect_err("two recordings").to_string();
+    let expected = "`left` and `right` both have command and angle, expected one recording";
+    assert!(error.contains(expected), "{error}");
+    assert_eq!(of_joint(Some("left")).ok(), Some(2.0));
+    assert_eq!(of_joint(Some("right")).ok(), Some(4.0));
+    let gains: &[(&str, &[_])] = &[left, gains, ("pid2", &[("kp", 1.0), ("ki", 2.0)])];
+    assert_eq!(grouped(gains).rivals, None);
+}
+
+#[test]
+fn of_lists_of_json_the_one_with_command_and_angle_is_the_recording() {
     let sample = r#"[{"t": 0, "command": 1, "angle": 2}]"#;
+    let json = format!(r#"{{"events": [{{"code": 7}}], "run": {sample}}}"#);
+    let read = read_as(&Import::default(), "run.json", json).expect("a recording");
+    assert_eq!(read.recording.angle_deg, [2.0]);
     let json = format!(r#"{{"a": {sample}, "b": {sample}}}"#);
     let error = read_as(&Import::default(), "run.json", json).expect_err("two recordings");
     assert!(
@@ -334,11 +390,12 @@ fn a_workbook_with_two_recordings_is_refused() {
     let root = linked(&[link("r1", "officeDocument", "xl/workbook.xml")]);
     let links =
         linked(&["a", "b"].map(|name| link(name, "worksheet", &format!("worksheets/{name}.xml"))));
+    let row = r#"<row r="2"><c r="A2"><v>1</v></c></row>"#;
     let sheet = |header: &str| {
         let cells =
             format!(r#"<c r="A1" t="str"><v>{header}</v></c><c r="B1" t="str"><v>x</v></c>"#);
         format!(
-            r#"<worksheet xmlns="{MAIN}"><sheetData><row r="1">{cells}</row></sheetData></worksheet>"#
+            r#"<worksheet xmlns="{MAIN}"><sheetData><row r="1">{cells}</row>{row}</sheetData></worksheet>"#
         )
     };
     let error = |second: &str| {

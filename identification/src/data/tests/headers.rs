@@ -24,11 +24,12 @@ fn the_header_is_the_last_line_of_text_or_comment_before_the_numbers() {
         "Bench 7;;\nDate;01.05.2024;\n;;\nZeit;Soll;Ist\ns;\u{b0};\u{b0}\n0;1;2\n0,1;3;4\n;;\nend;;\n",
         "time,target,position\nSecond,deg,deg\n0,1,2\n0.1,3,4\n",
         // LabVIEW: two heads, and comments that most lines lack.
-        "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\nX0\t0\t0\n\
+        "LabVIEW Measurement\t\nSeparator\tTab\n***End_of_Header***\t\nChannels\t2\nX0\t0\t0\n\
          Delta_X\t0.1\t0.1\n***End_of_Header***\t\t\nX_Value\tCommand\tPosition\tComment\n\
          0\t1\t2\n0.1\t3\t4\n",
-        "LabVIEW Measurement\nSeparator\tTab\n***End_of_Header***\n\nDelta_X\t0.1\t0.1\n\
+        "LabVIEW Measurement\nSeparator\tTab\n***End_of_Header***\n\nChannels\t2\nDelta_X\t0.1\t0.1\n\
          ***End_of_Header***\nX_Value\tCommand\tPosition\n0\t1\t2\n0.1\t3\t4\n",
+        "LabVIEW 2020 export\ntime_s\tcommand_deg\tangle_deg\n0\t1\t2\n0.1\t3\t4\n",
         "time_s,command_deg,angle_deg\n0,1,2\ntime_s,command_deg,angle_deg\n0.1,3,4\n",
         "time_s,command_deg,angle_deg\r\n0,1,2\r\n0.1,3,4\r\n0.2,5",
     ] {
