@@ -23,7 +23,7 @@ python=$place/clean/bin/python
 cd "$place"
 
 say "tests"
-"$python" -m pip install --quiet pytest "dask[distributed]" mypy pandas polars pyarrow scipy gymnasium control "jax[cpu]" \
+"$python" -m pip install --quiet pytest "dask[distributed]" mypy pandas openpyxl polars pyarrow scipy gymnasium control "jax[cpu]" \
     jsbsim==1.3.3 "better-actuator-models==1.0.2; python_version >= '3.12'"
 ACTUATOR=$target/debug/actuator "$python" -m pytest -q -p no:cacheprovider \
     --rootdir "$source" -c "$source/pyproject.toml" "$source/tests"

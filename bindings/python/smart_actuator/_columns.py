@@ -16,7 +16,8 @@ def is_single(value: object) -> bool:
 def of(value: Any) -> Optional[Mapping[Any, Any]]:
     """The columns by name; None where the value has no named columns.
 
-    Of a data frame, those with real numbers: an index or a text beside them is left out.
+    Of a data frame, those with real numbers, and dates as seconds since 1970: an index or a text
+    beside them is left out.
     """
     if isinstance(value, Mapping):
         return value
@@ -26,6 +27,8 @@ def of(value: Any) -> Optional[Mapping[Any, Any]]:
     columns = {}
     for name in names:
         column = np.asarray(value[name])
+        if column.dtype.kind == "M":
+            column = (column - np.datetime64(0, "s")) / np.timedelta64(1, "s")
         if column.dtype.kind in "fiub":
             columns[name] = column
     return columns

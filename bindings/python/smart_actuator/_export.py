@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 
 class Export(TypedDict):
-    """The file for a simulator, its error against the model (deg rms), the standard deviation of
-    the model's response (deg), and what is lost."""
+    """The file for a simulator, its error against the model (deg rms) on an input to which it is not
+    fitted, the standard deviation of the model's response to that (deg), and what is lost."""
 
     text: str
     error_deg: float
@@ -37,11 +37,12 @@ def export(
     """A model as the actuator of another simulator.
 
     The law of that actuator, in steps of its simulator, is fitted to the response of the model,
-    without a load, on an input.
+    without a load, on an input. Its error is that on ``log-chirp`` of the same amplitude, or on
+    ``3-2-1-1`` where it is fitted to a chirp.
 
     :param to: the simulator and its actuator.
     :param model: as for :func:`simulate`, as are ``plant``, ``preset`` and ``parameters``.
-    :param input: the validation input by name, with ``input_parameters``.
+    :param input: the input of the fit by name, with ``input_parameters``.
     :param step_s: period of the simulator, s; by default the usual one.
     :raises ValueError: a model that the target cannot represent; else as :func:`simulate`.
     """

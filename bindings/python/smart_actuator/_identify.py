@@ -24,7 +24,7 @@ from typing import (
 
 from numpy.typing import ArrayLike
 
-from . import _arguments, _columns, _native
+from . import _arguments, _columns, _files, _native
 from ._choices import DelimiterName, FittedModelName, HoldName, LossName, ModelName
 from ._progress import Progress, reported
 
@@ -171,11 +171,11 @@ def identify(
     recordings and fits are warnings of the category :class:`FitWarning`.
 
     :param data: a recording, or several that one set of parameters is fitted to: files as `actuator
-        identify` takes them, or traces, mappings, data frames and structured arrays with the
-        columns ``time_s``, ``command_deg`` and ``angle_meas_deg`` or ``angle_deg``, and optionally
-        ``rate_meas_deg_s``, ``duty_pct`` (%), ``current_a`` and ``supply_v`` (V). Names and units
-        of columns are found as in files: ``angle_rad`` and ``current_ma`` are known as well, other
-        columns are left out. NaN marks a missing value.
+        identify` takes them, Parquet and ``.xlsx`` by pandas, or traces, mappings, data frames and
+        structured arrays with the columns ``time_s``, ``command_deg`` and ``angle_meas_deg`` or
+        ``angle_deg``, and optionally ``rate_meas_deg_s``, ``duty_pct`` (%), ``current_a`` and
+        ``supply_v`` (V). Names and units of columns are found as in files: ``angle_rad`` and
+        ``current_ma`` are known as well, other columns are left out. NaN marks a missing value.
     :param models: the models to fit.
     :param validate: recordings that are predicted by the fitted models, but not fitted.
     :param fix: parameters that are held, with their values.
@@ -207,6 +207,7 @@ def identify(
         of fitted models and of all models.
     :raises KeyError: a parameter that no model has, a column that is missing.
     :raises OSError: a file that cannot be read.
+    :raises ImportError: a file that pandas would read.
     :raises ValueError: a file of another format, with the line; a recording that cannot be used; a
         value out of range; an unknown model.
     :raises TypeError: an argument of another type.
@@ -348,7 +349,9 @@ def _recordings(name: str, value: object) -> Dict[str, Any]:
 
 def _recording(name: str, value: object) -> Any:
     if isinstance(value, (str, os.PathLike)):
-        return os.fspath(value)
+        value = _files.read(os.fspath(value))
+        if isinstance(value, str):
+            return value
     named = _columns.of(value)
     if named is None:
         raise TypeError(f"{name} is {_arguments.shown(value)}, expected a file, a mapping of arrays or a data frame")

@@ -4,24 +4,31 @@
 >>> table = fleet.identify(sorted(pathlib.Path("runs").glob("*.csv")), out="fits")  # doctest: +SKIP
 >>> fleet.page(table, "fleet.html")  # doctest: +SKIP
 
-Needs pyarrow. A fit that fails is a row with its ``error``.
+Needs pyarrow. A fit that fails is a row with its ``error``, and is tried again by the next call.
 """
 
 from __future__ import annotations
 
 import concurrent.futures
-import html
+import hashlib
 import json
 import multiprocessing
 import os
 import pathlib
+import re
+import tempfile
 import warnings
-from typing import Any, Callable, Dict, Iterable, Iterator, List, NamedTuple, Optional, Sequence, Union
+from datetime import datetime, timezone
+from typing import Any, Dict, Iterable, Iterator, List, NamedTuple, Optional, Tuple, Union
 
 import numpy as np
 
 from ._choices import FittedModelName
+from ._fleet_page import outliers, page
 from ._identify import FitWarning, identify as _identify
+from ._native import __version__
+
+__all__ = ["fit", "identify", "outliers", "page"]
 
 Path = Union[str, "os.PathLike[str]"]
 Row = Dict[str, Any]
@@ -29,26 +36,37 @@ Row = Dict[str, Any]
 #: Fits in one file of the table: what is lost where a campaign is interrupted.
 _ROWS_PER_FILE = 64
 
-#: Distance from the median, in standard deviations estimated from the quartiles, of an outlier.
-_OUTLIER = 5.0
+#: A date with a time of day at the start of a file.
+_DATE = re.compile(rb"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d")
+
+#: The bytes of a file in which it is looked for: a header and a row.
+_HEAD = 4096
+
+#: Columns of the table with texts, and with whole numbers; others have real numbers.
+_TEXTS = ("path", "state", "joint", "model", "error")
+_WHOLE = ("episode",)
 
 
 class _Recording(NamedTuple):
     """A file, or a joint in an episode of a LeRobot data set."""
 
     path: str
+    #: Changes with the content.
+    state: str
     episode: Optional[int] = None
     joint: Optional[str] = None
 
     @property
     def name(self) -> str:
-        return self.path if self.joint is None else f"{self.path}: episode {self.episode}, {self.joint}"
+        if self.joint is None:
+            return self.path
+        return f"{self.path}: episode {self.episode}, {self.joint}"
 
 
 def identify(
     paths: Union[Path, Iterable[Path]],
     *,
-    out: Path,
+    out: Optional[Path] = None,
     model: FittedModelName = "black-box-1",
     client: Any = None,
     processes: Optional[int] = None,
@@ -58,34 +76,55 @@ def identify(
 
     :param paths: files, as :func:`smart_actuator.identify` takes them, or folders with LeRobot data
         sets, of which each joint in each episode is a recording.
-    :param out: a folder for the rows, files of Parquet. Recordings that have a row in it are not
-        fitted again: an interrupted campaign goes on.
+    :param out: a folder that keeps the rows, files of Parquet. A recording that has a row there is
+        not fitted again, so that an interrupted campaign goes on, unless its file, the model, the
+        options or the version of this package are others.
     :param client: a ``dask.distributed.Client``, on whose workers the fits run.
     :param processes: number of processes without a client; by default one per core.
     :param options: those of :func:`smart_actuator.identify`.
     """
-    folder = pathlib.Path(out)
-    folder.mkdir(parents=True, exist_ok=True)
-    done = set(_read(folder)["path"].to_pylist()) if any(folder.glob("*.parquet")) else set()
+    if out is None:
+        with tempfile.TemporaryDirectory() as folder:
+            return identify(
+                paths, out=folder, model=model, client=client, processes=processes, **options
+            )
+    all_options = {"models": model, **options}
     all_paths = [paths] if isinstance(paths, (str, os.PathLike)) else paths
-    given = dict.fromkeys(one for path in all_paths for one in _recordings(str(os.fspath(path))))
-    left = [recording for recording in given if recording.name not in done]
-    number = len(list(folder.glob("*.parquet")))
-    for rows in _chunks(_rows(left, {"models": model, **options}, client, processes)):
-        _write(rows, folder / f"{number:06d}.parquet")
-        number += 1
-    return _read(folder)
+    given = list(dict.fromkeys(one for path in all_paths for one in _recordings(os.fspath(path))))
+    rows = _Rows(pathlib.Path(out), _digest(__version__, all_options))
+    done = rows.fitted()
+    left = [recording for recording in given if (recording.name, recording.state) not in done]
+    for chunk in _chunks(_rows(left, all_options, client, processes)):
+        rows.add(chunk)
+    return rows.of(given)
+
+
+def _digest(*parts: Any) -> str:
+    text = json.dumps(parts, sort_keys=True, default=repr)
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 def _recordings(path: str) -> List[_Recording]:
     if not os.path.isdir(path):
-        return [_Recording(path)]
+        return [_Recording(path, _state([path]))]
     import pyarrow.compute
     import pyarrow.parquet
 
     data = pyarrow.parquet.read_table(os.path.join(path, "data"), columns=["episode_index"])
     episodes = sorted(pyarrow.compute.unique(data["episode_index"]).to_pylist())
-    return [_Recording(path, episode, joint) for episode in episodes for joint in _joints(path)]
+    state = _state(sorted(pathlib.Path(path).glob("data/**/*")))
+    return [
+        _Recording(path, state, episode, joint) for episode in episodes for joint in _joints(path)
+    ]
+
+
+def _state(files: Iterable[Path]) -> str:
+    try:
+        found = [(str(file), os.stat(file)) for file in files]
+    except OSError:
+        # The fit says so.
+        return ""
+    return _digest([(name, of.st_size, of.st_mtime_ns) for name, of in found])
 
 
 def _joints(folder: str) -> List[str]:
@@ -110,16 +149,34 @@ def _data(recording: _Recording) -> Any:
     return {"time_s": time_s, "command_deg": command[:, place], "angle_deg": angle[:, place]}
 
 
+def _time(path: str) -> float:
+    """The first date in a file, else the time of the file itself, s since 1970."""
+    if not os.path.isdir(path):
+        with open(path, "rb") as file:
+            found = _DATE.search(file.read(_HEAD))
+        if found:
+            date = datetime.fromisoformat(found[0].decode())
+            return date.replace(tzinfo=timezone.utc).timestamp()
+    return os.stat(path).st_mtime
+
+
 def fit(recording: _Recording, options: Dict[str, Any]) -> Row:
     """The row of a recording."""
-    row: Row = {"path": recording.name, "time": None, "error": None}
+    row: Row = {
+        "path": recording.name,
+        "state": recording.state,
+        "joint": recording.joint,
+        "episode": recording.episode,
+        "time": None,
+        "error": None,
+    }
     try:
-        row["time"] = os.stat(recording.path).st_mtime
+        row["time"] = _time(recording.path)
         # Thousands of recordings have more warnings than anybody reads.
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", FitWarning)
             found = _identify(_data(recording), threads=1, **options)["models"][0]
-    except (OSError, ValueError, KeyError) as error:
+    except (OSError, ValueError, KeyError, ImportError) as error:
         return {**row, "error": str(error)}
     row.update(model=found["name"], fit_percent=found["fit_percent"], noise_deg=found["noise_deg"])
     for p in found["parameters"]:
@@ -129,7 +186,9 @@ def fit(recording: _Recording, options: Dict[str, Any]) -> Row:
     return row
 
 
-def _rows(left: List[_Recording], options: Dict[str, Any], client: Any, processes: Optional[int]) -> Iterator[Row]:
+def _rows(
+    left: List[_Recording], options: Dict[str, Any], client: Any, processes: Optional[int]
+) -> Iterator[Row]:
     if client is not None:
         import distributed
 
@@ -163,98 +222,52 @@ def _chunks(rows: Iterator[Row]) -> Iterator[List[Row]]:
         yield chunk
 
 
-def _write(rows: List[Row], path: pathlib.Path) -> None:
-    import pyarrow
-    import pyarrow.parquet
+class _Rows:
+    """The rows of fits with the same options in a folder."""
 
-    names = dict.fromkeys(name for row in rows for name in row)
-    texts = ("path", "error", "model")
+    def __init__(self, folder: pathlib.Path, options: str) -> None:
+        folder.mkdir(parents=True, exist_ok=True)
+        self.folder, self.options = folder, options
+
+    def files(self) -> List[pathlib.Path]:
+        return sorted(self.folder.glob(f"{self.options}-*.parquet"))
+
+    def table(self) -> Any:
+        import pyarrow
+        import pyarrow.parquet
+
+        tables = [pyarrow.parquet.read_table(file) for file in self.files()]
+        return pyarrow.concat_tables(tables, promote_options="default") if tables else _table([])
+
+    def fitted(self) -> "set[Tuple[str, str]]":
+        rows = self.table().select(["path", "state", "error"]).to_pylist()
+        return {(row["path"], row["state"]) for row in rows if row["error"] is None}
+
+    def of(self, recordings: List[_Recording]) -> Any:
+        """The last row of each recording."""
+        table = self.table()
+        names = zip(table["path"].to_pylist(), table["state"].to_pylist())
+        last = {name: index for index, name in enumerate(names)}
+        return table.take([last[recording.name, recording.state] for recording in recordings])
+
+    def add(self, rows: List[Row]) -> None:
+        import pyarrow.parquet
+
+        path = self.folder / f"{self.options}-{len(self.files()):06d}.parquet"
+        # Whole or not at all: an interrupted campaign leaves no cut file.
+        part = path.with_suffix(".part")
+        pyarrow.parquet.write_table(_table(rows), part)
+        part.rename(path)
+
+
+def _table(rows: List[Row]) -> Any:
+    import pyarrow
+
+    types = dict.fromkeys(_TEXTS, pyarrow.string())
+    types.update(dict.fromkeys(_WHOLE, pyarrow.int64()))
+    names = dict.fromkeys([*_TEXTS, *_WHOLE, "time", *(name for row in rows for name in row)])
     columns = {
-        name: pyarrow.array([row.get(name) for row in rows], pyarrow.string() if name in texts else pyarrow.float64())
+        name: pyarrow.array([row.get(name) for row in rows], types.get(name, pyarrow.float64()))
         for name in names
     }
-    # Whole or not at all: an interrupted campaign leaves no cut file.
-    part = path.with_suffix(".part")
-    pyarrow.parquet.write_table(pyarrow.table(columns), part)
-    part.rename(path)
-
-
-def _read(folder: pathlib.Path) -> Any:
-    import pyarrow
-    import pyarrow.parquet
-
-    files = sorted(folder.glob("*.parquet"))
-    tables = [pyarrow.parquet.read_table(file) for file in files]
-    return pyarrow.concat_tables(tables, promote_options="default") if tables else pyarrow.table({"path": []})
-
-
-def outliers(table: Any) -> Dict[str, List[str]]:
-    """The recordings with an unusual value of a parameter, by its name."""
-    found: Dict[str, List[str]] = {}
-    for name, values in _parameters(table).items():
-        centre, spread = _scale(values)
-        off = np.abs(values - centre) > _OUTLIER * spread
-        paths = [path for path, is_off in zip(table["path"].to_pylist(), off) if is_off]
-        if paths and spread > 0:
-            found[name] = paths
-    return found
-
-
-def _parameters(table: Any) -> Dict[str, Any]:
-    """The values of each estimated parameter; NaN where it is not identifiable."""
-    columns: Dict[str, Any] = {}
-    for name in table.column_names:
-        if name + "_error" in table.column_names:
-            values = table[name].to_numpy(zero_copy_only=False).astype(float)
-            known = table[name + "_error"].to_numpy(zero_copy_only=False).astype(float)
-            columns[name] = np.where(np.isfinite(known), values, np.nan)
-    return columns
-
-
-def _scale(values: Any) -> "tuple[float, float]":
-    finite = values[np.isfinite(values)]
-    if not len(finite):
-        return np.nan, np.nan
-    low, centre, high = np.percentile(finite, [25, 50, 75])
-    # The quartiles of a normal distribution are 1.349 standard deviations apart.
-    return float(centre), float(high - low) / 1.349
-
-
-def page(table: Any, path: Path) -> None:
-    """Writes a page: the distribution of each parameter, its course over time, and the outliers.
-
-    The time of a recording is that of its file.
-    """
-    unusual = outliers(table)
-    failed = [row for row in table.to_pylist() if row["error"]]
-    parts = [f"<h1>{len(table)} recordings, {len(failed)} without a fit</h1>"]
-    times = table["time"].to_numpy(zero_copy_only=False).astype(float)
-    for name, values in _parameters(table).items():
-        centre, spread = _scale(values)
-        named = "".join(f"<li>{html.escape(path)}</li>" for path in unusual.get(name, []))
-        parts.append(
-            f"<h2>{html.escape(name)}</h2><p>median {centre:.5g}, standard deviation {spread:.3g}</p>"
-            f"{_histogram(values)}{_course(times, values)}" + (f"<p>Outliers</p><ul>{named}</ul>" if named else "")
-        )
-    parts += [f"<p>{html.escape(row['path'])}: {html.escape(row['error'])}</p>" for row in failed]
-    text = "<!doctype html><meta charset=utf-8><title>Fleet</title>" + "\n".join(parts)
-    pathlib.Path(path).write_text(text, encoding="utf-8")
-
-
-def _svg(content: str, caption: str) -> str:
-    return f'<svg width=400 height=120 role=img><title>{caption}</title>{content}</svg>'
-
-
-def _histogram(values: Any) -> str:
-    counts, _ = np.histogram(values[np.isfinite(values)], 40)
-    scale = 110 / max(1, counts.max(initial=0))
-    bars = (f'<rect x={10 * i} y={115 - scale * n:.1f} width=9 height={scale * n:.1f} />' for i, n in enumerate(counts))
-    return _svg("".join(bars), "distribution")
-
-
-def _course(times: Any, values: Any) -> str:
-    known = np.isfinite(times) & np.isfinite(values)
-    place: Callable[[Any], Any] = lambda v: (v - v.min(initial=np.inf)) / (np.ptp(v) or 1.0) if len(v) else v
-    points: Sequence[Any] = list(zip(place(times[known]), place(values[known])))
-    dots = (f'<circle cx={5 + 390 * x:.1f} cy={115 - 110 * y:.1f} r=2 />' for x, y in points)
-    return _svg("".join(dots), "over time")
+    return pyarrow.table(columns)

@@ -426,6 +426,17 @@ fn exception(error: Error) -> PyErr {
             }
             None => PyOSError::new_err(error.to_string()),
         },
-        _ => PyValueError::new_err(error.to_string()),
+        _ => PyValueError::new_err(of_package(&error.to_string())),
+    }
+}
+
+/// A message of the program as one of the package, which nobody builds with other features.
+fn of_package(message: &str) -> String {
+    match message.split_once(", which this program was built without") {
+        Some((what, _)) => format!(
+            "{what}, which this package does not read, expected a data frame or arrays by name: \
+             identify(pandas.read_parquet(...)) or identify({{\"time_s\": ..., ...}})"
+        ),
+        None => message.into(),
     }
 }

@@ -1,8 +1,8 @@
 """The exported actuators in their own simulators.
 
-Each simulator responds to the validation input as the file says: its error against the model is the
-stated one. The numbers of a file have six digits, Newton has single precision, and the rest of a
-digit is printed: 1 % of the error and 1e-3 deg are far above all of them.
+Each simulator responds to the validation input, to which the file is not fitted, as the file says:
+its error against the model is the stated one. The numbers of a file have six digits, Newton has
+single precision, and the rest of a digit is printed: 1 % of the error and 1e-3 deg are far above all of them.
 """
 
 import json
@@ -22,7 +22,8 @@ MODELS = [("black-box-1", None), ("board", "bench")]
 def validation(model, plant, step_s):
     """Command and angle of the model at the steps of a simulator, deg."""
     ticks = round(step_s / 50e-6)
-    trace = sa.simulate(model, plant=plant, input="3-2-1-1", every=1)
+    sweep = {"amplitude_deg": 20.0}
+    trace = sa.simulate(model, plant=plant, input="log-chirp", input_parameters=sweep, every=1)
     # The command of the file changes at the steps of the simulator only.
     rows = np.arange(0, len(trace.time_s), ticks) if abs(ticks * 50e-6 - step_s) < 1e-12 else None
     if rows is None:

@@ -1,6 +1,8 @@
 import json
 import os
+import pathlib
 import subprocess
+import sys
 import threading
 import time
 
@@ -283,3 +285,49 @@ def test_a_motor_that_is_driven_by_its_duty_needs_no_command():
     assert any("command" in note["text"] for note in without["notes"])
     with pytest.raises(KeyError, match="no column of the command"):
         sa.identify(columns, models=["motor-m1", "black-box-1"])
+
+
+DATA = pathlib.Path(__file__).parents[3] / "identification/src/data/tests"
+
+
+@pytest.mark.parametrize("suffix", ["parquet", "xlsx"])
+def test_pandas_reads_what_the_package_does_not(suffix, tmp_path, monkeypatch):
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip({"parquet": "pyarrow", "xlsx": "openpyxl"}[suffix])
+    file = tmp_path / f"run.{suffix}"
+    frame = pandas.DataFrame(recording())
+    frame.to_parquet(file) if suffix == "parquet" else frame.to_excel(file, index=False)
+    of_file = sa.identify(file, models="black-box-1", starts=1)
+    of_frame = sa.identify(frame, models="black-box-1", starts=1)
+    # A workbook has 16 digits.
+    key = "pole_rad_s"
+    expected = pytest.approx(estimates(of_frame)[key]["estimate"], rel=1e-9)
+    assert estimates(of_file)[key]["estimate"] == expected
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(ImportError, match=f"run.{suffix} .*pip install pandas"):
+        sa.identify(file)
+    broken = tmp_path / f"broken.{suffix}"
+    monkeypatch.undo()
+    broken.write_bytes(file.read_bytes()[:1000])
+    with pytest.raises(ValueError, match=f"broken.{suffix}: .*expected a file that pandas"):
+        sa.identify(broken)
+
+
+def test_dates_of_a_data_frame_are_times():
+    pandas = pytest.importorskip("pandas")
+    run = recording()
+    frame = pandas.DataFrame(run).rename(columns={"time_s": "time"})
+    frame["time"] = pandas.to_datetime(1e9 + run["time_s"], unit="s")
+    found = [sa.identify(each, models="black-box-1", starts=1) for each in (frame, run)]
+    poles = [estimates(each)["pole_rad_s"]["estimate"] for each in found]
+    # A float of seconds since 1970 has 0.1 us.
+    assert poles[0] == pytest.approx(poles[1], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", ["table.h5", "bag.mcap", "table.xlsx"])
+def test_what_nothing_reads_is_an_error_for_users_of_python(name, tmp_path):
+    file = tmp_path / "run.dat"
+    file.write_bytes((DATA / name).read_bytes())
+    with pytest.raises(ValueError, match="expected a data frame .*pandas.read_parquet") as error:
+        sa.identify(file)
+    assert "cargo" not in str(error.value)

@@ -27,9 +27,9 @@ pub enum ExportError {
     Step(f64),
     /// The best approximation is no approximation.
     #[error(
-        "{target} cannot represent this model: its best approximation is {error_deg:.3} deg rms \
-         from a response with a standard deviation of {spread_deg:.3} deg to the input {input}, \
-         expected at most half of that"
+        "{target} cannot represent this model: its best approximation on the input {fitted_to} is \
+         {error_deg:.3} deg rms from a response with a standard deviation of {spread_deg:.3} deg to \
+         the input {input}, expected at most half of that"
     )]
     Unlike {
         /// The target.
@@ -38,7 +38,9 @@ pub enum ExportError {
         error_deg: f64,
         /// The standard deviation of the response, deg.
         spread_deg: f64,
-        /// The validation input.
+        /// The input of the error.
         input: &'static str,
+        /// The input of the fit.
+        fitted_to: &'static str,
     },
 }

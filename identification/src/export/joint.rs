@@ -25,6 +25,8 @@ pub(super) struct Joint<S> {
     pub rate_limit: Option<S>,
     /// Whether the integrator is implicit in the damping of the joint, and in the drive.
     pub implicit: (bool, bool),
+    /// Whether the limit is one of the joint, of which the integrator knows nothing.
+    pub is_limit_of_joint: bool,
     pub setpoint: S,
     pub angle: S,
     pub rate: S,
@@ -54,6 +56,7 @@ impl<S: Scalar> Joint<S> {
             slew: None,
             rate_limit: None,
             implicit: (true, true),
+            is_limit_of_joint: false,
             setpoint: zero,
             angle: zero,
             rate: zero,
@@ -65,7 +68,7 @@ impl<S: Scalar> Joint<S> {
         let wanted = self.stiffness * (self.setpoint - self.angle) - self.rate_feedback * self.rate;
         let lost = self.back_emf * self.rate;
         let drive = wanted.within(-self.torque_limit - lost, self.torque_limit - lost);
-        match drive.value() == wanted.value() {
+        match self.is_limit_of_joint || drive.value() == wanted.value() {
             true => (drive, self.rate_feedback),
             false => (drive, self.back_emf),
         }

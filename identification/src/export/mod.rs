@@ -1,8 +1,8 @@
 //! Exports a model to the actuators of other simulators.
 //!
-//! A target has an actuator of its own, with its own update law. The model is simulated on a
-//! validation input, and the law of the target, in steps of its own period, is fitted to that
-//! response by least squares. The file says how far the two are apart, and what is lost.
+//! A target has an actuator of its own, with its own update law. The model is simulated on an
+//! input, and the law of the target, in steps of its own period, is fitted to that response by
+//! least squares. The file says how far the two are apart on another input, and what is lost.
 //!
 //! A new target is one file with an implementation of [`Target`] and its line in [`TARGETS`].
 
@@ -29,6 +29,7 @@ use std::sync::Arc;
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::excitation::catalogue::Input;
 use model_core::named::Named;
+use model_core::parameter::ParameterError;
 
 pub use effects::Effect;
 pub use error::ExportError;
@@ -120,8 +121,6 @@ pub struct Fitted {
     /// Gain between command and steady angle.
     pub gain: f64,
     values: Vec<(&'static str, f64)>,
-    /// The error against the model on the validation input, deg rms.
-    pub error_deg: f64,
 }
 
 impl Fitted {
@@ -146,9 +145,11 @@ impl Fitted {
 pub struct Export {
     /// The file.
     pub text: String,
-    /// The error against the model on the validation input, deg rms.
+    /// The input of the stated error, to which the law is not fitted.
+    pub validation: &'static str,
+    /// The error against the model on it, deg rms.
     pub error_deg: f64,
-    /// The standard deviation of the model's response there, deg.
+    /// The standard deviation of the model's response to it, deg.
     pub spread_deg: f64,
     /// What is lost.
     pub lost: Vec<&'static str>,
@@ -159,9 +160,20 @@ pub fn named(name: &str) -> Option<&'static dyn Target> {
     TARGETS.into_iter().find(|target| target.name() == name)
 }
 
-/// The validation input unless another one is chosen: most servos reach their limits in it, and
+/// The input of the fit unless another one is chosen: most servos reach their limits in it, and
 /// reach its angles.
 pub const INPUT: &str = "3-2-1-1";
+
+/// The input of the stated error, of the same amplitude: one that the law is not fitted to, a sweep
+/// over all frequencies of use, or steps where the fit has seen a sweep.
+fn validation(fitted_to: &Input, amplitude_deg: f64) -> Result<Input, ParameterError> {
+    let mut input = match fitted_to {
+        Input::Chirp(_) | Input::LogChirp(_) => Input::ThreeTwoOneOne(Default::default()),
+        _ => Input::LogChirp(Default::default()),
+    };
+    input.set("amplitude_deg", amplitude_deg)?;
+    Ok(input)
+}
 
 /// Parameters of a load, which the simulator has itself.
 const LOAD: [&str; 2] = ["pendulum_mass_kg", "load_torque_nm"];
@@ -188,40 +200,45 @@ pub fn export(
     }
     let response = Response::of(&alone, input, step_s)?;
     let about = About::of(&alone, step_s);
-    let found = search::best(
-        &target.laws(&about, &response.target_deg),
-        &response,
-        step_s,
-    );
-    let (values, error_deg) = found.map_err(|error| ExportError::Fit {
+    let laws = |response: &Response| target.laws(&about, &response.target_deg);
+    let unfit = |error| ExportError::Fit {
         target: target.name(),
         error,
-    })?;
-    let spread_deg = response.spread_deg();
+    };
+    let found = search::best(&laws(&response), &response, step_s).map_err(unfit)?;
+    let validation = validation(input, response.amplitude_deg)?;
+    let unseen = Response::of(&alone, &validation, step_s)?;
+    let error_deg = found
+        .error_deg(&laws(&unseen), &unseen, step_s)
+        .map_err(unfit)?;
+    let spread_deg = unseen.spread_deg();
     if error_deg.is_nan() || error_deg > 0.5 * spread_deg {
         return Err(ExportError::Unlike {
             target: target.name(),
             error_deg,
             spread_deg,
-            input: input.name(),
+            input: validation.name(),
+            fitted_to: input.name(),
         });
     }
     let fitted = Fitted {
         about,
         gain: steady(&alone).0,
-        values,
-        error_deg,
+        values: found.values,
     };
     let lost = effects::lost(&alone, target.kept());
     let error = format!(
-        "Error against the model on the input {} in steps of {} s: {error_deg:.4} deg rms, of a \
+        "Fitted to the model on the input {}. Error against it on the input {} of the same \
+         amplitude, to which it is not fitted, in steps of {} s: {error_deg:.4} deg rms, of a \
          response with a standard deviation of {spread_deg:.2} deg.",
         input.name(),
+        validation.name(),
         number(step_s),
     );
     let lines = comment(&alone, target, error, &lost);
     Ok(Export {
         text: with_comment(target, &lines, &target.body(&fitted)),
+        validation: validation.name(),
         error_deg,
         spread_deg,
         lost,

@@ -44,6 +44,7 @@ parameters! {
 #[derive(Clone, Copy)]
 pub(super) struct PositionLaw {
     pub inertia_kg_m2: f64,
+    pub is_limit_of_joint: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -84,6 +85,7 @@ impl Law for PositionLaw {
             rate_feedback: p.rate_feedback_nm_s_rad,
             damping: p.damping_nm_s_rad,
             friction: Some(p.friction_nm),
+            is_limit_of_joint: self.is_limit_of_joint,
             ..Joint::new(
                 step_s,
                 self.inertia_kg_m2,
@@ -188,6 +190,7 @@ impl Target for Position {
     fn laws(&self, about: &About, setpoint_deg: &Arc<[f64]>) -> Vec<Arc<dyn Model>> {
         let law = PositionLaw {
             inertia_kg_m2: about.inertia_kg_m2,
+            is_limit_of_joint: false,
         };
         vec![Arc::new(Stepped::new(law, about, setpoint_deg))]
     }

@@ -1,7 +1,9 @@
-//! A joint of Newton with the solver `SolverMuJoCo`, whose law is that of MuJoCo's `<position>`.
+//! A joint of Newton with the solver `SolverMuJoCo`, whose law is that of MuJoCo's `<position>` with
+//! the limit at the joint.
 
 use std::sync::Arc;
 
+use super::law::Stepped;
 use super::{About, Effect, Fitted, Target, mujoco, number};
 use crate::model::Model;
 
@@ -35,7 +37,11 @@ impl Target for Newton {
     }
 
     fn laws(&self, about: &About, setpoint_deg: &Arc<[f64]>) -> Vec<Arc<dyn Model>> {
-        mujoco::Position.laws(about, setpoint_deg)
+        let law = mujoco::PositionLaw {
+            inertia_kg_m2: about.inertia_kg_m2,
+            is_limit_of_joint: true,
+        };
+        vec![Arc::new(Stepped::new(law, about, setpoint_deg))]
     }
 
     fn body(&self, fitted: &Fitted) -> String {

@@ -1,4 +1,4 @@
-//! The response of a model to a validation input, at the steps of a target.
+//! The response of a model to an input, at the steps of a target.
 
 use std::sync::Arc;
 
@@ -13,6 +13,8 @@ pub(super) struct Response {
     pub target_deg: Arc<[f64]>,
     /// The angle at each step, deg.
     pub angle_deg: Vec<f64>,
+    /// The greatest command, deg.
+    pub amplitude_deg: f64,
 }
 
 impl Response {
@@ -23,12 +25,13 @@ impl Response {
         let (gain, offset_deg) = steady(settings);
         let (mut target_deg, mut angle_deg) = (Vec::new(), Vec::new());
         let (mut command_deg, mut next_s) = (0.0, 0.0);
-        let mut before_deg = 0.0;
+        let (mut before_deg, mut amplitude_deg) = (0.0, 0.0_f64);
         for tick in 0..input.duration_ticks()? {
             let (now_s, now_deg) = (seconds(tick), actuator.reading().angle_deg);
             // Within a billionth of a tick.
             if now_s >= next_s - 1e-13 {
                 command_deg = excitation.command(tick).to_f64();
+                amplitude_deg = amplitude_deg.max(command_deg.abs());
                 target_deg.push(gain * command_deg + offset_deg);
                 let since = (now_s - next_s) / seconds(1);
                 angle_deg.push(now_deg + since * (before_deg - now_deg));
@@ -41,6 +44,7 @@ impl Response {
         Ok(Self {
             target_deg: target_deg.into(),
             angle_deg,
+            amplitude_deg,
         })
     }
 

@@ -13,10 +13,31 @@ use crate::recording::{Hold, Recording};
 /// The fit is exact but for rounding: the steps of the search end there, deg rms.
 const EXACT_DEG: f64 = 1e-6;
 
-/// Values by name, and the error, deg rms.
-type Found = (Vec<(&'static str, f64)>, f64);
+/// A fitted law.
+pub(super) struct Found {
+    /// Its place among those of the target.
+    law: usize,
+    /// Its parameters by name, in the order of the law.
+    pub values: Vec<(&'static str, f64)>,
+    /// The error on the response that it is fitted to, deg rms.
+    fitted_deg: f64,
+}
 
-/// The parameters of the first law that is as good as the best one.
+impl Found {
+    /// The error of the law on another response, deg rms; `laws` are those under its setpoint.
+    pub fn error_deg(
+        &self,
+        laws: &[Arc<dyn Model>],
+        response: &Response,
+        step_s: f64,
+    ) -> Result<f64, IdentifyError> {
+        let point: Vec<f64> = self.values.iter().map(|(_, value)| *value).collect();
+        let run = experiment(response, step_s)?;
+        Ok(error_deg(&*laws[self.law], &run, &point))
+    }
+}
+
+/// The first law that is as good as the best one.
 pub(super) fn best(
     laws: &[Arc<dyn Model>],
     response: &Response,
@@ -25,10 +46,12 @@ pub(super) fn best(
     let run = experiment(response, step_s)?;
     let found: Vec<Found> = laws
         .iter()
-        .map(|law| one(law, &run))
+        .enumerate()
+        .map(|(index, law)| one(index, law, &run))
         .collect::<Result<_, _>>()?;
-    let least = found.iter().fold(f64::INFINITY, |least, f| least.min(f.1));
-    let is_as_good = |f: &Found| f.1 <= 1.01 * least + EXACT_DEG;
+    let errors = found.iter().map(|f| f.fitted_deg);
+    let least = errors.fold(f64::INFINITY, f64::min);
+    let is_as_good = |f: &Found| f.fitted_deg <= 1.01 * least + EXACT_DEG;
     let mut simplest = found.into_iter().filter(is_as_good);
     simplest.next().ok_or(IdentifyError::NotFinite)
 }
@@ -63,35 +86,38 @@ const KNOWN: [(&str, f64); 6] = [
 ];
 
 /// Fits one law; a delay in steps becomes a whole number.
-fn one(law: &Arc<dyn Model>, run: &Experiment) -> Result<Found, IdentifyError> {
+fn one(index: usize, law: &Arc<dyn Model>, run: &Experiment) -> Result<Found, IdentifyError> {
     let mut problem = Problem::try_new(law.clone(), vec![run.clone()])?;
     for (name, value) in KNOWN {
         if law.parameter_index(name).is_some() {
             problem.fix(name, value)?;
         }
     }
-    let (point, error_deg) = solve(&problem)?;
-    let Some(delay) = law.parameter_index("delay_steps") else {
-        return Ok((named(law, &point), error_deg));
-    };
-    let mut best: Option<(Vec<f64>, f64)> = None;
-    for steps in [point[delay].floor(), point[delay].ceil()] {
-        for (spec, value) in problem.specs.iter_mut().zip(&point) {
-            spec.start = *value;
-        }
-        problem.fix("delay_steps", steps)?;
-        let found = solve(&problem)?;
-        if best.as_ref().is_none_or(|best| found.1 < best.1) {
-            best = Some(found);
+    let mut best = solve(&problem)?;
+    if let Some(delay) = law.parameter_index("delay_steps") {
+        let point = best.0;
+        best = (Vec::new(), f64::INFINITY);
+        for steps in [point[delay].floor(), point[delay].ceil()] {
+            for (spec, value) in problem.specs.iter_mut().zip(&point) {
+                spec.start = *value;
+            }
+            problem.fix("delay_steps", steps)?;
+            let found = solve(&problem)?;
+            if found.1 < best.1 {
+                best = found;
+            }
         }
     }
-    let (point, error_deg) = best.ok_or(IdentifyError::NotFinite)?;
-    Ok((named(law, &point), error_deg))
-}
-
-fn named(law: &Arc<dyn Model>, point: &[f64]) -> Vec<(&'static str, f64)> {
+    let (point, fitted_deg) = best;
+    if !fitted_deg.is_finite() {
+        return Err(IdentifyError::NotFinite);
+    }
     let names = law.parameters().iter().map(|p| p.name);
-    names.zip(point.iter().copied()).collect()
+    Ok(Found {
+        law: index,
+        values: names.zip(point).collect(),
+        fitted_deg,
+    })
 }
 
 /// The optimum, and its error, deg rms.
@@ -105,10 +131,15 @@ fn solve(problem: &Problem) -> Result<(Vec<f64>, f64), IdentifyError> {
     let point: Vec<f64> = names
         .map(|name| fit.value(name).unwrap_or(f64::NAN))
         .collect();
-    let run = &problem.experiments[0];
+    let error_deg = error_deg(&*problem.model, &problem.experiments[0], &point);
+    Ok((point, error_deg))
+}
+
+/// The error of a law on a response, deg rms.
+fn error_deg(law: &dyn Model, run: &Experiment, point: &[f64]) -> f64 {
     let mut squares = 0.0;
-    problem.model.simulate(run, &point, &mut |i, sample| {
+    law.simulate(run, point, &mut |i, sample| {
         squares += (sample.angle_deg - run.recording.angle_deg[i]).powi(2);
     });
-    Ok((point, (squares / run.len() as f64).sqrt()))
+    (squares / run.len() as f64).sqrt()
 }

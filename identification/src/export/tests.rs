@@ -71,7 +71,7 @@ fn an_oscillator_is_a_joint_with_its_stiffness_and_damping() {
     for target in ["mujoco-position", "mujoco-dcmotor"] {
         let found = exported(&oscillator, target);
         // Euler steps of 2 ms shift damping and delay by parts of a step.
-        assert!(found.error_deg < 0.05, "{}", found.text);
+        assert!(found.error_deg < 0.1, "{}", found.text);
         assert!(found.text.contains("delay=\"0.009\""), "{}", found.text);
         let inertia = number_after(&found.text, "armature=\"");
         let key = if target == "mujoco-position" {
@@ -88,7 +88,7 @@ fn an_oscillator_is_a_joint_with_its_stiffness_and_damping() {
 fn a_step_is_one_that_the_simulator_has() {
     let lag = settings(ModelKind::BlackBox1, &[("pole_rad_s", 17.0)]);
     let target = named("ardupilot-sitl").expect("a target");
-    let input = Input::named("pulse").expect("an input");
+    let input = Input::named(INPUT).expect("an input");
     for step_s in [1.0 / 1200.0, 0.0007, 0.00015, 0.003, 0.0137] {
         let found = export(&lag, target, &input, Some(step_s)).expect("an approximation");
         let stated = number_after(&found.text, "in steps of ");
@@ -105,7 +105,7 @@ fn every_target_says_what_it_loses_of_a_servo() {
     let servo = Settings::new(ModelKind::Board, PlantKind::Drivetrain);
     for target in TARGETS {
         let found = exported(&servo, target.name());
-        assert!(found.error_deg < 0.15 * found.spread_deg, "{}", found.text);
+        assert!(found.error_deg < 0.3 * found.spread_deg, "{}", found.text);
         let error = format!("{:.4} deg rms", found.error_deg);
         assert!(found.text.contains(&error), "{}", found.text);
         assert!(found.lost.contains(&"backlash"), "{}", found.text);
@@ -116,6 +116,27 @@ fn every_target_says_what_it_loses_of_a_servo() {
         );
         let has_delay = target.kept().contains(&Effect::Delay);
         assert_eq!(!has_delay, found.lost.contains(&"the delay of the command"));
+    }
+}
+
+#[test]
+fn the_error_is_that_on_an_input_to_which_the_law_is_not_fitted() {
+    let servo = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
+    let target = named("jsbsim").expect("a target");
+    for (fitted_to, validation) in [(INPUT, "log-chirp"), ("log-chirp", INPUT), ("chirp", INPUT)] {
+        let mut input = Input::named(fitted_to).expect("an input");
+        input.set("amplitude_deg", 7.0).expect("an amplitude");
+        let found = export(&servo, target, &input, None).expect("an approximation");
+        let stated = format!(
+            "on the input {fitted_to}. Error against it on the input {validation} of the same \
+             amplitude"
+        );
+        assert!(found.text.contains(&stated), "{}", found.text);
+        let mut unseen = Input::named(validation).expect("an input");
+        unseen.set("amplitude_deg", 7.0).expect("an amplitude");
+        let response = Response::of(&servo, &unseen, target.step_s()).expect("a response");
+        // The amplitude is that at the steps.
+        assert!((found.spread_deg - response.spread_deg()).abs() < 1e-3);
     }
 }
 

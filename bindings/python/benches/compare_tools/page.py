@@ -18,7 +18,8 @@ PAGE = """# Other tools on the same recordings
 
 `bindings/python/benches/compare_tools` has written this page: {date}, commit `{commit}`, {machine},
 load {load:.1f}: times are longer than on an idle machine. The recordings are of servos with a pendulum, from
-[BAM](https://github.com/Rhoban/bam); the command takes folders with recordings of others.
+[BAM](https://github.com/Rhoban/bam); the command takes folders with recordings of others:
+`python3 bindings/python/benches/compare_tools FOLDER ...`.
 
 ## Prediction
 
