@@ -290,8 +290,11 @@ fn selected(table: &Table, selection: &ColumnSelection) -> Result<LocatedColumn,
             .checked_sub(1)
             .filter(|&index| index < table.names.len())
     };
-    // `data[:,3]` is `data(:,3)`.
-    let plain = |name: &str| name.replace('[', "(").replace(']', ")").replace(' ', "");
+    // `data[:,3]` is `data(:,3)`, and `run/angle` is `run.angle`.
+    let plain = |name: &str| {
+        let name = name.replace('[', "(").replace(']', ")");
+        name.replace('/', ".").replace(' ', "")
+    };
     let is_it = |name: &String| plain(name) == plain(&selection.column);
     let exact = table
         .names

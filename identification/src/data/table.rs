@@ -134,8 +134,11 @@ impl Table {
                 self.columns.push(column);
             } else {
                 let found = format!("`{name}` with {} samples", column.len());
-                let text = format!("column {found} is left out: others have {rows}");
-                self.notes.push((1, text));
+                // A single number is a parameter.
+                if column.len() > 1 {
+                    let text = format!("column {found} is left out: others have {rows}");
+                    self.notes.push((1, text));
+                }
                 self.left_out.push(found);
             }
         }

@@ -322,7 +322,7 @@ fn a_quantity_is_looked_for_in_the_group_with_command_and_angle_first() {
     let recording = |import: &Import, table: &Table| import.recording(table).map(|it| it.recording);
     let read = recording(&import, &table).expect("a recording");
     assert_eq!((read.command_deg[0], read.angle_deg[0]), (1.0, 2.0));
-    let import = with_columns(&["command=x", "angle=command"]);
+    let import = with_columns(&["command=x", "angle=run/command"]);
     let import = Import {
         rate_hz: Some(1.0),
         ..import
@@ -336,7 +336,7 @@ fn of_two_recordings_in_a_file_one_is_chosen_by_its_name() {
     let left: (&str, &[_]) = ("left", &[("command", 1.0), ("angle", 2.0)]);
     let right: (&str, &[_]) = ("right", &[("command", 3.0), ("angle", 4.0)]);
     let gains: (&str, &[_]) = ("pid", &[("kp", 1.0), ("ki", 2.0)]);
-    let table = grouped(&[left, right, gains]);
+    let table = grouped(&[gains, left, right]);
     let of_joint = |joint: Option<&str>| {
         let import = Import {
             columns: Columns {
