@@ -113,9 +113,11 @@ impl Table {
             _ => None,
         };
         self.own_columns = groups.first().map_or(0, |(.., (_, own))| own.len());
-        let named = |(.., (group, columns)): (usize, usize, Group)| {
-            let prefix = match group.is_empty() {
-                true => group,
+        // A group alone needs no name.
+        let is_alone = groups.iter().filter(|(_, own, _)| *own == rows).count() < 2;
+        let named = |(_, own, (group, columns)): (usize, usize, Group)| {
+            let prefix = match group.is_empty() || (is_alone && own == rows) {
+                true => String::new(),
                 false => format!("{group}."),
             };
             let of = move |(name, column)| (format!("{prefix}{name}"), column);

@@ -353,6 +353,7 @@ fn of_two_recordings_in_a_file_one_is_chosen_by_its_name() {
     assert!(error.contains(expected), "{error}");
     assert_eq!(of_joint(Some("left")).ok(), Some(2.0));
     assert_eq!(of_joint(Some("right")).ok(), Some(4.0));
+    assert_eq!(grouped(&[left]).names, ["command", "angle"]);
     let gains: &[(&str, &[_])] = &[left, gains, ("pid2", &[("kp", 1.0), ("ki", 2.0)])];
     assert_eq!(grouped(gains).rivals, None);
 }
