@@ -219,12 +219,11 @@ fn a_command_within_the_same_turn_is_unwrapped_as_well() {
 #[test]
 fn a_step_of_nearly_a_turn_is_no_wrap_of_the_command() {
     let mut text = String::from("t_s,command_deg,angle_deg\n");
-    // At rest near zero, the angle wraps by its noise; the steps are fast motions.
+    // At rest near zero, the angle wraps by its noise.
     for i in 0..60 {
         let (command, angle) = match i {
             0..20 => (0.0, if i % 2 == 0 { 0.02 } else { 359.98 }),
-            20 => (300.0, 150.0),
-            _ => (300.0, 300.0),
+            _ => (350.0, f64::min(50.0 * f64::from(i - 19), 350.0)),
         };
         text += &format!("{i},{command},{angle}\n");
     }
@@ -233,7 +232,7 @@ fn a_step_of_nearly_a_turn_is_no_wrap_of_the_command() {
         notes[0].text.starts_with("the angle jumps by a turn"),
         "{notes:?}"
     );
-    assert_eq!(recording.command_deg[59] - recording.command_deg[0], 300.0);
+    assert_eq!(recording.command_deg[59] - recording.command_deg[0], 350.0);
     assert_eq!(recording.angle_deg[59], recording.command_deg[59]);
 }
 
