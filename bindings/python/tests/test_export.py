@@ -2,7 +2,8 @@
 
 Each simulator responds to the validation input, to which the file is not fitted, as the file says:
 its error against the model is the stated one. The numbers of a file have six digits, Newton has
-single precision, and the rest of a digit is printed: 1 % of the error and 1e-3 deg are far above all of them.
+single precision, and the rest of a digit is printed: 1 % of the error and 1e-3 deg are far above
+all of them.
 """
 
 import json

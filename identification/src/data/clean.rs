@@ -307,7 +307,7 @@ impl Cleaning<'_> {
 
     /// Brings the command to the turns of an unwrapped angle: as it is, or unwrapped as well, and
     /// by whole turns, whichever is closer to the angle. Its jumps may be steps of nearly a turn.
-    fn follow_turns(&mut self, recording: &mut Recording, rows: &[usize]) {
+    fn follow_turns(&mut self, recording: &mut Recording, rows: &[usize], angle_line: u64) {
         let mut unwrapped = recording.command_deg.clone();
         let wrapped = unwrap(&mut unwrapped);
         let angle = &recording.angle_deg;
@@ -317,7 +317,9 @@ impl Cleaning<'_> {
             let text = format!("the command jumps by a turn, {turns} times: it is unwrapped");
             self.note(self.table.line(rows[index]), text);
             recording.command_deg = unwrapped.0;
-        } else {
+        } else if as_it_is.2 != 0.0 {
+            let text = "the command is a turn from the angle: it is moved by a turn".to_owned();
+            self.note(angle_line, text);
             recording.command_deg = as_it_is.0;
         }
     }
@@ -370,8 +372,9 @@ impl Cleaning<'_> {
         };
         if let Some((index, turns)) = wrapped {
             let text = format!("the angle jumps by a turn, {turns} times: it is unwrapped");
-            self.note(self.table.line(rows[index]), text);
-            self.follow_turns(recording, rows);
+            let line = self.table.line(rows[index]);
+            self.note(line, text);
+            self.follow_turns(recording, rows, line);
         }
         let mut off = Tally::default();
         let motor_on = recording.motor_on.iter().flatten().enumerate();
@@ -471,8 +474,9 @@ fn unwrap(angle_deg: &mut [f64]) -> Option<(usize, usize)> {
     first.map(|first| (first, times))
 }
 
-/// A command moved by the whole turns that bring it closest to the angle, and its mean distance.
-fn nearest_turns(command_deg: &[f64], angle_deg: &[f64]) -> (Vec<f64>, f64) {
+/// A command moved by the whole turns that bring it closest to the angle, its mean distance, and
+/// the turns.
+fn nearest_turns(command_deg: &[f64], angle_deg: &[f64]) -> (Vec<f64>, f64, f64) {
     let distance = |turns: f64| {
         let pairs = command_deg.iter().zip(angle_deg);
         let differences = pairs.map(|(command, angle)| (command + 360.0 * turns - angle).abs());
@@ -484,7 +488,7 @@ fn nearest_turns(command_deg: &[f64], angle_deg: &[f64]) -> (Vec<f64>, f64) {
     let best = turns.min_by(|a, b| distance(*a).total_cmp(&distance(*b)));
     let turns = best.unwrap_or(0.0);
     let moved = command_deg.iter().map(|command| command + 360.0 * turns);
-    (moved.collect(), distance(turns))
+    (moved.collect(), distance(turns), turns)
 }
 
 /// Whether the values, but for a few bad ones, are those of an angle that begins again after a

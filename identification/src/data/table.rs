@@ -124,7 +124,8 @@ impl Table {
             columns.into_iter().map(of)
         };
         for (name, mut column) in groups.into_iter().flat_map(named) {
-            let missing = rows - column.len();
+            // A group with fewer quantities may be longer.
+            let missing = rows.saturating_sub(column.len());
             if 0 < missing && (missing as f64) < SHORTER * rows as f64 {
                 let samples = if missing == 1 { "sample" } else { "samples" };
                 let text = format!("column `{name}` ends {missing} {samples} before the others");

@@ -238,10 +238,11 @@ fn a_step_of_nearly_a_turn_is_no_wrap_of_the_command() {
 
 #[test]
 fn a_command_is_on_the_turn_of_the_angle() {
-    let Imported { recording, .. } =
+    let Imported { recording, notes } =
         read("t_s,command_deg,angle_deg\n0,1,359\n1,2,359.5\n2,3,0.5\n3,4,2\n")
             .expect("it can be used");
     assert_eq!(recording.command_deg, [361.0, 362.0, 363.0, 364.0]);
+    assert!(notes[1].text.contains("moved by a turn"), "{notes:?}");
     assert_eq!(recording.angle_deg, [359.0, 359.5, 360.5, 362.0]);
 }
 

@@ -1,5 +1,5 @@
-//! A joint of Newton with the solver `SolverMuJoCo`, whose law is that of MuJoCo's `<position>` with
-//! the limit at the joint.
+//! A joint of Newton with the solver `SolverMuJoCo`, whose law is that of MuJoCo's `<position>`
+//! with the limit at the joint.
 
 use std::sync::Arc;
 

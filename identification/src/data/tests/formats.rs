@@ -332,6 +332,19 @@ fn a_quantity_is_looked_for_in_the_group_with_command_and_angle_first() {
 }
 
 #[test]
+fn a_longer_group_without_command_and_angle_is_left_out() {
+    let run = ["command", "angle"].map(|name| (name.to_owned(), vec![1.0, 2.0]));
+    let events = vec![("code".to_owned(), vec![0.0; 9])];
+    let groups = vec![
+        ("events".to_owned(), events),
+        ("run".to_owned(), run.to_vec()),
+    ];
+    let table = Table::default().with(Ok(groups)).expect("a table");
+    assert_eq!((table.names.len(), table.len()), (2, 2));
+    assert_eq!(table.left_out, ["`events.code` with 9 samples"]);
+}
+
+#[test]
 fn of_two_recordings_in_a_file_one_is_chosen_by_its_name() {
     let left: (&str, &[_]) = ("left", &[("command", 1.0), ("angle", 2.0)]);
     let right: (&str, &[_]) = ("right", &[("command", 3.0), ("angle", 4.0)]);
