@@ -4,9 +4,11 @@ use std::collections::BTreeSet;
 
 use canopen::CanFrame;
 use embedded_can::Frame;
-use firmware::application::{BoardState, Bridge, Outputs, Samples};
+use firmware::application::{BoardState, Bridge, Outputs, Samples, Scan};
+use firmware::measure;
 use firmware::parameters::BoardParameters;
 use model_core::control::encoder_word::COUNT_DEG;
+use model_core::control::units::Rate;
 use model_core::time::CONTROL_PERIOD_US;
 
 /// Controlword bits of operation enabled (CiA 402-2, table 27).
@@ -83,7 +85,7 @@ impl Oracle {
     /// If the device violates a requirement.
     pub fn check(&mut self, period: &Period) {
         let outputs = &period.outputs;
-        self.check_power(outputs);
+        self.check_power(period);
         self.check_transition(outputs);
         self.check_reaction_time(period);
         self.check_duty(period);
@@ -96,15 +98,22 @@ impl Oracle {
     }
 
     /// The motor is driven in the states that drive it, and never before a frame that commands one;
-    /// in a fault and after a reset only against its back-EMF.
-    fn check_power(&mut self, outputs: &Outputs) {
+    /// in a fault and after a reset only against its back-EMF, which follows from the rate of the
+    /// encoder in a period in which it is not measured.
+    fn check_power(&mut self, period: &Period) {
+        let outputs = &period.outputs;
         let Bridge::Driven(compare) = outputs.bridge else {
             return;
         };
         self.summary.driven += 1;
         assert!(self.may_drive, "driven without a command");
         let brakes = matches!(outputs.state, BoardState::Fault | BoardState::Initialising);
-        let opposes = (compare.get() > 0) == (outputs.telemetry.back_emf_mv < 0);
+        let of_scan = |scan: Scan| measure::back_emf_mv(scan.leg_a, scan.leg_b, scan.supply);
+        let is_backward = match period.samples.scan.and_then(of_scan) {
+            Some(back_emf_mv) => back_emf_mv < 0,
+            None => outputs.telemetry.rate < Rate::ZERO,
+        };
+        let opposes = (compare.get() > 0) == is_backward;
         let is_allowed = outputs.state.is_driving() || brakes && opposes;
         assert!(is_allowed, "driven in {:?}", outputs.state);
     }
