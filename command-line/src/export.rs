@@ -19,7 +19,7 @@ use host_sim::{
 
 /// Writes a model as the actuator of another simulator
 ///
-/// The law of that actuator is fitted to the response of the model, without a load, on an input.
+/// The law of that actuator is fitted to the response of the model, without a load, on two inputs.
 /// The file states the error on another input and what is lost. Without --out it is printed.
 #[derive(Debug, Args)]
 pub struct Export {
@@ -41,7 +41,7 @@ pub struct Export {
     /// Sets a parameter by name or symbol, or of the input as `input.NAME=VALUE`; repeatable
     #[arg(long, value_name = "NAME=VALUE", value_parser = parameters::setting)]
     set: Vec<Setting>,
-    /// Input of the fit by name [default: 3-2-1-1]
+    /// First input of the fit by name; a sweep follows, or 3-2-1-1 after a sweep [default: 3-2-1-1]
     #[arg(long, value_name = "NAME", value_parser = simulate::input_names())]
     input: Option<String>,
     /// Period of the simulator, s [default: the usual one]

@@ -37,12 +37,13 @@ def export(
     """A model as the actuator of another simulator.
 
     The law of that actuator, in steps of its simulator, is fitted to the response of the model,
-    without a load, on an input. Its error is that on ``log-chirp`` of the same amplitude, or on
-    ``3-2-1-1`` where it is fitted to a chirp.
+    without a load, on an input followed by ``log-chirp`` of the same amplitude, or by ``3-2-1-1``
+    after a chirp. Its error is that on ``variable-step`` of this amplitude, or on ``prbs`` where it
+    is fitted to ``variable-step``.
 
     :param to: the simulator and its actuator.
     :param model: as for :func:`simulate`, as are ``plant``, ``preset`` and ``parameters``.
-    :param input: the input of the fit by name, with ``input_parameters``.
+    :param input: the first input of the fit by name, with ``input_parameters``.
     :param step_s: period of the simulator, s; by default the usual one.
     :raises ValueError: a model that the target cannot represent; else as :func:`simulate`.
     """

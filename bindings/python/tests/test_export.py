@@ -23,8 +23,8 @@ MODELS = [("black-box-1", None), ("board", "bench")]
 def validation(model, plant, step_s):
     """Command and angle of the model at the steps of a simulator, deg."""
     ticks = round(step_s / 50e-6)
-    sweep = {"amplitude_deg": 20.0}
-    trace = sa.simulate(model, plant=plant, input="log-chirp", input_parameters=sweep, every=1)
+    steps = {"scale": 20.0 / 120.0}
+    trace = sa.simulate(model, plant=plant, input="variable-step", input_parameters=steps, every=1)
     # The command of the file changes at the steps of the simulator only.
     rows = np.arange(0, len(trace.time_s), ticks) if abs(ticks * 50e-6 - step_s) < 1e-12 else None
     if rows is None:

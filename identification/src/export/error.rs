@@ -27,9 +27,9 @@ pub enum ExportError {
     Step(f64),
     /// The best approximation is no approximation.
     #[error(
-        "{target} cannot represent this model: its best approximation on the input {fitted_to} is \
-         {error_deg:.3} deg rms from a response with a standard deviation of {spread_deg:.3} deg to \
-         the input {input}, expected at most half of that"
+        "{target} cannot represent this model: its best approximation on the inputs {} and {} \
+         is {error_deg:.3} deg rms from a response with a standard deviation of {spread_deg:.3} deg \
+         to the input {input}, expected at most half of that", fitted_to[0], fitted_to[1]
     )]
     Unlike {
         /// The target.
@@ -40,7 +40,7 @@ pub enum ExportError {
         spread_deg: f64,
         /// The input of the error.
         input: &'static str,
-        /// The input of the fit.
-        fitted_to: &'static str,
+        /// The inputs of the fit.
+        fitted_to: [&'static str; 2],
     },
 }

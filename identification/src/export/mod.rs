@@ -1,8 +1,9 @@
 //! Exports a model to the actuators of other simulators.
 //!
 //! A target has an actuator of its own, with its own update law. The model is simulated on an
-//! input, and the law of the target, in steps of its own period, is fitted to that response by
-//! least squares. The file says how far the two are apart on another input, and what is lost.
+//! input with steps and one with a sweep, and the law of the target, in steps of its own period, is
+//! fitted to that response by least squares. The file says how far the two are apart on another
+//! input, and what is lost.
 //!
 //! A new target is one file with an implementation of [`Target`] and its line in [`TARGETS`].
 
@@ -27,7 +28,8 @@ use std::fmt::Write as _;
 use std::sync::Arc;
 
 use model_core::actuator::{ModelKind, PlantKind, Settings};
-use model_core::excitation::catalogue::Input;
+use model_core::control::units::Angle;
+use model_core::excitation::{catalogue::Input, variable_step::LEVELS};
 use model_core::named::Named;
 use model_core::parameter::ParameterError;
 
@@ -160,18 +162,31 @@ pub fn named(name: &str) -> Option<&'static dyn Target> {
     TARGETS.into_iter().find(|target| target.name() == name)
 }
 
-/// The input of the fit unless another one is chosen: most servos reach their limits in it, and
-/// reach its angles.
+/// The first input of the fit unless another one is chosen: most servos reach their limits in it.
 pub const INPUT: &str = "3-2-1-1";
 
-/// The input of the stated error, of the same amplitude: one that the law is not fitted to, a sweep
-/// over all frequencies of use, or steps where the fit has seen a sweep.
-fn validation(fitted_to: &Input, amplitude_deg: f64) -> Result<Input, ParameterError> {
-    let mut input = match fitted_to {
+/// The second input of the fit, of the same amplitude: a sweep over all frequencies of use, or steps
+/// where the first one is a sweep.
+fn second(first: &Input, amplitude_deg: f64) -> Result<Input, ParameterError> {
+    let mut input = match first {
         Input::Chirp(_) | Input::LogChirp(_) => Input::ThreeTwoOneOne(Default::default()),
         _ => Input::LogChirp(Default::default()),
     };
     input.set("amplitude_deg", amplitude_deg)?;
+    Ok(input)
+}
+
+/// The input of the stated error, of the same amplitude, to which the law is not fitted: steps of
+/// many heights.
+fn validation(first: &Input, amplitude_deg: f64) -> Result<Input, ParameterError> {
+    if let Input::VariableStep(_) = first {
+        let mut input = Input::Prbs(Default::default());
+        input.set("amplitude_deg", amplitude_deg)?;
+        return Ok(input);
+    }
+    let greatest_deg = LEVELS.into_iter().fold(Angle::ZERO, |a, b| a.max(b.abs()));
+    let mut input = Input::VariableStep(Default::default());
+    input.set("scale", amplitude_deg / greatest_deg.to_f64())?;
     Ok(input)
 }
 
@@ -198,7 +213,9 @@ pub fn export(
         // A model without a load is as it is.
         let _ = alone.set(name, 0.0);
     }
-    let response = Response::of(&alone, input, step_s)?;
+    let amplitude_deg = Response::of(&alone, &[*input], step_s)?.amplitude_deg;
+    let second = second(input, amplitude_deg)?;
+    let response = Response::of(&alone, &[*input, second], step_s)?;
     let about = About::of(&alone, step_s);
     let laws = |response: &Response| target.laws(&about, &response.target_deg);
     let unfit = |error| ExportError::Fit {
@@ -206,19 +223,19 @@ pub fn export(
         error,
     };
     let found = search::best(&laws(&response), &response, step_s).map_err(unfit)?;
-    let validation = validation(input, response.amplitude_deg)?;
-    let unseen = Response::of(&alone, &validation, step_s)?;
+    let validation = validation(input, amplitude_deg)?;
+    let unseen = Response::of(&alone, &[validation], step_s)?;
     let error_deg = found
         .error_deg(&laws(&unseen), &unseen, step_s)
         .map_err(unfit)?;
-    let spread_deg = unseen.spread_deg();
+    let (fitted_deg, spread_deg) = (found.fitted_deg, unseen.spread_deg());
     if error_deg.is_nan() || error_deg > 0.5 * spread_deg {
         return Err(ExportError::Unlike {
             target: target.name(),
             error_deg,
             spread_deg,
             input: validation.name(),
-            fitted_to: input.name(),
+            fitted_to: [input.name(), second.name()],
         });
     }
     let fitted = Fitted {
@@ -228,10 +245,11 @@ pub fn export(
     };
     let lost = effects::lost(&alone, target.kept());
     let error = format!(
-        "Fitted to the model on the input {}. Error against it on the input {} of the same \
-         amplitude, to which it is not fitted, in steps of {} s: {error_deg:.4} deg rms, of a \
+        "Fitted to the model on the inputs {} and {}: {fitted_deg:.4} deg rms. Error against it on \
+         the input {}, to which it is not fitted, in steps of {} s: {error_deg:.4} deg rms, of a \
          response with a standard deviation of {spread_deg:.2} deg.",
         input.name(),
+        second.name(),
         validation.name(),
         number(step_s),
     );

@@ -28,6 +28,17 @@ parameters! {
 }
 
 parameters! {
+    /// The same where the actuator has no damping of its own.
+    pub struct DampedValues {
+        stiffness_nm_rad: TargetParameters;
+        damping_nm_s_rad: TargetParameters;
+        torque_limit_nm: TargetParameters;
+        friction_nm: TargetParameters;
+        delay_steps: TargetParameters;
+    }
+}
+
+parameters! {
     /// What is fitted of `<dcmotor>` and its joint.
     pub struct DcMotorValues {
         stiffness_nm_rad: TargetParameters;
@@ -42,9 +53,35 @@ parameters! {
 
 /// The law of a position loop at a joint of this inertia.
 #[derive(Clone, Copy)]
-pub(super) struct PositionLaw {
-    pub inertia_kg_m2: f64,
-    pub is_limit_of_joint: bool,
+struct PositionLaw {
+    inertia_kg_m2: f64,
+    is_limit_of_joint: bool,
+}
+
+/// The same with the damping of the joint alone. The response of a rate-limited model determines the
+/// sum of the two dampings only: a fit of both ends at a hundred times the torque.
+#[derive(Clone, Copy)]
+struct DampedLaw(PositionLaw);
+
+/// The laws of a position loop at a joint, simplest first.
+pub(super) fn position_laws(
+    about: &About,
+    setpoint_deg: &Arc<[f64]>,
+    is_limit_of_joint: bool,
+) -> Vec<Arc<dyn Model>> {
+    let law = PositionLaw {
+        inertia_kg_m2: about.inertia_kg_m2,
+        is_limit_of_joint,
+    };
+    vec![
+        Arc::new(Stepped::new(DampedLaw(law), about, setpoint_deg)),
+        Arc::new(Stepped::new(law, about, setpoint_deg)),
+    ]
+}
+
+/// The damping of the actuator, Nm s/rad; zero in the law without one.
+pub(super) fn rate_feedback(fitted: &Fitted) -> f64 {
+    fitted.found("rate_feedback_nm_s_rad").unwrap_or(0.0)
 }
 
 #[derive(Clone, Copy)]
@@ -63,6 +100,16 @@ pub(super) fn oscillator(inertia_kg_m2: f64, data: &DataSummary) -> (f64, f64) {
 pub(super) fn fastest_rad_s(data: &DataSummary) -> f64 {
     let fastest = data.rate_up_deg_s.max(data.rate_down_deg_s);
     fastest.max(1.0).to_radians()
+}
+
+impl PositionLaw {
+    /// The joint without damping and friction.
+    fn joint<S: Scalar>(&self, step_s: f64, stiffness: S, torque_limit: S) -> Joint<S> {
+        Joint {
+            is_limit_of_joint: self.is_limit_of_joint,
+            ..Joint::new(step_s, self.inertia_kg_m2, stiffness, torque_limit)
+        }
+    }
 }
 
 impl Law for PositionLaw {
@@ -85,17 +132,38 @@ impl Law for PositionLaw {
             rate_feedback: p.rate_feedback_nm_s_rad,
             damping: p.damping_nm_s_rad,
             friction: Some(p.friction_nm),
-            is_limit_of_joint: self.is_limit_of_joint,
-            ..Joint::new(
-                step_s,
-                self.inertia_kg_m2,
-                p.stiffness_nm_rad,
-                p.torque_limit_nm,
-            )
+            ..self.joint(step_s, p.stiffness_nm_rad, p.torque_limit_nm)
         }
     }
 
     fn delay_steps<S: Scalar>(p: &PositionValues<S>) -> S {
+        p.delay_steps
+    }
+}
+
+impl Law for DampedLaw {
+    type Values<S: Scalar> = DampedValues<S>;
+
+    fn start(&self, data: &DataSummary, step_s: f64) -> DampedValues<f64> {
+        let with = self.0.start(data, step_s);
+        DampedValues {
+            stiffness_nm_rad: with.stiffness_nm_rad,
+            damping_nm_s_rad: with.damping_nm_s_rad,
+            torque_limit_nm: with.torque_limit_nm,
+            friction_nm: with.friction_nm,
+            delay_steps: with.delay_steps,
+        }
+    }
+
+    fn at_rest<S: Scalar>(&self, p: &DampedValues<S>, step_s: f64) -> impl Step<S> {
+        Joint {
+            damping: p.damping_nm_s_rad,
+            friction: Some(p.friction_nm),
+            ..(self.0).joint(step_s, p.stiffness_nm_rad, p.torque_limit_nm)
+        }
+    }
+
+    fn delay_steps<S: Scalar>(p: &DampedValues<S>) -> S {
         p.delay_steps
     }
 }
@@ -188,11 +256,7 @@ impl Target for Position {
     }
 
     fn laws(&self, about: &About, setpoint_deg: &Arc<[f64]>) -> Vec<Arc<dyn Model>> {
-        let law = PositionLaw {
-            inertia_kg_m2: about.inertia_kg_m2,
-            is_limit_of_joint: false,
-        };
-        vec![Arc::new(Stepped::new(law, about, setpoint_deg))]
+        position_laws(about, setpoint_deg, false)
     }
 
     fn body(&self, fitted: &Fitted) -> String {
@@ -201,7 +265,7 @@ impl Target for Position {
             "<position name=\"servo\" joint=\"joint\" kp=\"{}\" kv=\"{}\" \
              forcerange=\"-{limit} {limit}\"",
             number(fitted.value("stiffness_nm_rad")),
-            number(fitted.value("rate_feedback_nm_s_rad")),
+            number(rate_feedback(fitted)),
         );
         file(fitted, fitted.value("damping_nm_s_rad"), &actuator)
     }

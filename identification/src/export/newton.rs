@@ -3,7 +3,6 @@
 
 use std::sync::Arc;
 
-use super::law::Stepped;
 use super::{About, Effect, Fitted, Target, mujoco, number};
 use crate::model::Model;
 
@@ -37,17 +36,13 @@ impl Target for Newton {
     }
 
     fn laws(&self, about: &About, setpoint_deg: &Arc<[f64]>) -> Vec<Arc<dyn Model>> {
-        let law = mujoco::PositionLaw {
-            inertia_kg_m2: about.inertia_kg_m2,
-            is_limit_of_joint: true,
-        };
-        vec![Arc::new(Stepped::new(law, about, setpoint_deg))]
+        mujoco::position_laws(about, setpoint_deg, true)
     }
 
     fn body(&self, fitted: &Fitted) -> String {
         let values = [
             ("target_ke", fitted.value("stiffness_nm_rad")),
-            ("target_kd", fitted.value("rate_feedback_nm_s_rad")),
+            ("target_kd", mujoco::rate_feedback(fitted)),
             ("damping", fitted.value("damping_nm_s_rad")),
             ("effort_limit", fitted.value("torque_limit_nm")),
             ("friction", fitted.value("friction_nm")),

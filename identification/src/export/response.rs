@@ -1,4 +1,4 @@
-//! The response of a model to an input, at the steps of a target.
+//! The response of a model to inputs, at the steps of a target.
 
 use std::sync::Arc;
 
@@ -18,28 +18,34 @@ pub(super) struct Response {
 }
 
 impl Response {
-    /// Simulates a model whose command changes at the steps of the target only.
-    pub fn of(settings: &Settings, input: &Input, step_s: f64) -> Result<Self, ParameterError> {
+    /// Simulates a model whose command changes at the steps of the target only, on one input after
+    /// the other.
+    pub fn of(settings: &Settings, inputs: &[Input], step_s: f64) -> Result<Self, ParameterError> {
         let mut actuator = Actuator::try_new(settings)?;
-        let excitation = input.excitation()?;
         let (gain, offset_deg) = steady(settings);
         let (mut target_deg, mut angle_deg) = (Vec::new(), Vec::new());
         let (mut command_deg, mut next_s) = (0.0, 0.0);
         let (mut before_deg, mut amplitude_deg) = (0.0, 0.0_f64);
-        for tick in 0..input.duration_ticks()? {
-            let (now_s, now_deg) = (seconds(tick), actuator.reading().angle_deg);
-            // Within a billionth of a tick.
-            if now_s >= next_s - 1e-13 {
-                command_deg = excitation.command(tick).to_f64();
-                amplitude_deg = amplitude_deg.max(command_deg.abs());
-                target_deg.push(gain * command_deg + offset_deg);
-                let since = (now_s - next_s) / seconds(1);
-                angle_deg.push(now_deg + since * (before_deg - now_deg));
-                next_s = target_deg.len() as f64 * step_s;
+        let mut start = 0;
+        for input in inputs {
+            let excitation = input.excitation()?;
+            let duration = input.duration_ticks()?;
+            for tick in 0..duration {
+                let (now_s, now_deg) = (seconds(start + tick), actuator.reading().angle_deg);
+                // Within a billionth of a tick.
+                if now_s >= next_s - 1e-13 {
+                    command_deg = excitation.command(tick).to_f64();
+                    amplitude_deg = amplitude_deg.max(command_deg.abs());
+                    target_deg.push(gain * command_deg + offset_deg);
+                    let since = (now_s - next_s) / seconds(1);
+                    angle_deg.push(now_deg + since * (before_deg - now_deg));
+                    next_s = target_deg.len() as f64 * step_s;
+                }
+                before_deg = now_deg;
+                // A command of the excitation is always finite.
+                let _ = actuator.advance(command_deg, 1);
             }
-            before_deg = now_deg;
-            // A command of the excitation is always finite.
-            let _ = actuator.advance(command_deg, 1);
+            start += duration;
         }
         Ok(Self {
             target_deg: target_deg.into(),

@@ -20,7 +20,7 @@ pub(super) struct Found {
     /// Its parameters by name, in the order of the law.
     pub values: Vec<(&'static str, f64)>,
     /// The error on the response that it is fitted to, deg rms.
-    fitted_deg: f64,
+    pub fitted_deg: f64,
 }
 
 impl Found {
