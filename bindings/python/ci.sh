@@ -32,7 +32,7 @@ say "Newton, which needs a MuJoCo of its own"
 bash "$source/../../.ci/environment" "$place/newton" "newton[sim]==1.8.0" pytest
 newton=$place/newton/bin/python
 "$newton" -m pip install --quiet --force-reinstall --no-deps dist/*.whl
-# Without them its tests would be skipped.
+# The tests are skipped where an import fails: this reports it.
 "$newton" -c "import newton, mujoco_warp"
 "$newton" -m pytest -q -p no:cacheprovider --rootdir "$source" -c "$source/pyproject.toml" \
     "$source/tests/test_export.py" -k newton

@@ -109,11 +109,11 @@ impl Oracle {
         assert!(self.may_drive, "driven without a command");
         let brakes = matches!(outputs.state, BoardState::Fault | BoardState::Initialising);
         let of_scan = |scan: Scan| measure::back_emf_mv(scan.leg_a, scan.leg_b, scan.supply);
-        let is_backward = match period.samples.scan.and_then(of_scan) {
-            Some(back_emf_mv) => back_emf_mv < 0,
-            None => outputs.telemetry.rate < Rate::ZERO,
+        let turns = match period.samples.scan.and_then(of_scan) {
+            Some(back_emf_mv) => back_emf_mv.cmp(&0),
+            None => outputs.telemetry.rate.cmp(&Rate::ZERO),
         };
-        let opposes = (compare.get() > 0) == is_backward;
+        let opposes = turns.is_ne() && compare.get().cmp(&0) == turns.reverse();
         let is_allowed = outputs.state.is_driving() || brakes && opposes;
         assert!(is_allowed, "driven in {:?}", outputs.state);
     }

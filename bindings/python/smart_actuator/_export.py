@@ -14,10 +14,12 @@ if TYPE_CHECKING:
 
 
 class Export(TypedDict):
-    """The file for a simulator, its error against the model (deg rms) on an input to which it is not
-    fitted, the standard deviation of the model's response to that (deg), and what is lost."""
+    """The file for a simulator, the input of the validation, to which it is not fitted, the error
+    against the model on it (deg rms), the standard deviation of the model's response to it (deg),
+    and what is lost."""
 
     text: str
+    validation: str
     error_deg: float
     spread_deg: float
     lost: List[str]
@@ -38,8 +40,8 @@ def export(
 
     The law of that actuator, in steps of its simulator, is fitted to the response of the model,
     without a load, on an input followed by ``log-chirp`` of the same amplitude, or by ``3-2-1-1``
-    after a chirp. Its error is that on ``variable-step`` of this amplitude, or on ``prbs`` where it
-    is fitted to ``variable-step``.
+    after a chirp. Its error is that on ``variable-step`` of this amplitude, or on ``3-2-1-1`` where
+    it is fitted to ``variable-step``.
 
     :param to: the simulator and its actuator.
     :param model: as for :func:`simulate`, as are ``plant``, ``preset`` and ``parameters``.

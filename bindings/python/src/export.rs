@@ -23,6 +23,7 @@ pub fn export<'py>(
         .map_err(|error| raised(Error::Conflict(error.to_string())))?;
     let result = PyDict::new(py);
     result.set_item("text", found.text)?;
+    result.set_item("validation", found.validation)?;
     result.set_item("error_deg", found.error_deg)?;
     result.set_item("spread_deg", found.spread_deg)?;
     result.set_item("lost", found.lost)?;

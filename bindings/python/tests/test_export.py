@@ -41,6 +41,7 @@ def compare(to, model, plant, respond):
     step_s = {0.00833333: 1 / 120}.get(step_s, step_s)
     command, angle = validation(model, plant, step_s)
     error = np.sqrt(np.mean((respond(found["text"], command) - angle) ** 2))
+    assert found["validation"] == "variable-step"
     assert error == pytest.approx(found["error_deg"], rel=0.01, abs=1e-3)
 
 
@@ -145,7 +146,7 @@ def test_python_control():
     exec(sa.export("python-control", "black-box-1", **quick)["text"], names)
     trace = sa.simulate("black-box-1", command=([0.0], [2.0]), duration=0.6, every=20, **quick)
     _, angle = control.step_response(names["servo"], trace.time_s)
-    # The fit is within 1e-4 deg of the model, whose steps of 20 deg are ten times as high.
+    # The fit is within 1e-4 deg of the model, in steps and a sweep of ten times the amplitude.
     assert np.abs(2 * np.ravel(angle) - trace.angle_deg).max() < 1e-4
 
 

@@ -15,7 +15,7 @@ fn a_parameter_file_becomes_the_actuator_of_a_simulator() {
     cli.actuator("export fitted.toml --to matlab --out servo.m")
         .assert()
         .success()
-        .stdout(contains("deg rms from the model on log-chirp"));
+        .stdout(contains("deg rms from the model on variable-step"));
     let text = cli.read("servo.m");
     assert!(
         text.contains("tf(17, [1, 17], 'InputDelay', 0.0125)"),

@@ -180,7 +180,7 @@ fn second(first: &Input, amplitude_deg: f64) -> Result<Input, ParameterError> {
 /// many heights.
 fn validation(first: &Input, amplitude_deg: f64) -> Result<Input, ParameterError> {
     if let Input::VariableStep(_) = first {
-        let mut input = Input::Prbs(Default::default());
+        let mut input = Input::ThreeTwoOneOne(Default::default());
         input.set("amplitude_deg", amplitude_deg)?;
         return Ok(input);
     }
@@ -245,11 +245,13 @@ pub fn export(
     };
     let lost = effects::lost(&alone, target.kept());
     let error = format!(
-        "Fitted to the model on the inputs {} and {}: {fitted_deg:.4} deg rms. Error against it on \
-         the input {}, to which it is not fitted, in steps of {} s: {error_deg:.4} deg rms, of a \
-         response with a standard deviation of {spread_deg:.2} deg.",
+        "Fitted to the model on the inputs {} and {} with an amplitude of {} deg: {fitted_deg:.4} \
+         deg rms. Error against it on the input {} with this amplitude, to which it is not fitted, \
+         in steps of {} s: {error_deg:.4} deg rms, of a response with a standard deviation of \
+         {spread_deg:.2} deg.",
         input.name(),
         second.name(),
+        number(amplitude_deg),
         validation.name(),
         number(step_s),
     );

@@ -28,8 +28,8 @@ parameters! {
 }
 
 parameters! {
-    /// The same where the actuator has no damping of its own.
-    pub struct DampedValues {
+    /// The same without damping of the actuator.
+    pub struct JointDampingValues {
         stiffness_nm_rad: TargetParameters;
         damping_nm_s_rad: TargetParameters;
         torque_limit_nm: TargetParameters;
@@ -58,10 +58,11 @@ struct PositionLaw {
     is_limit_of_joint: bool,
 }
 
-/// The same with the damping of the joint alone. The response of a rate-limited model determines the
-/// sum of the two dampings only: a fit of both ends at a hundred times the torque.
+/// [`PositionLaw`] without `kv`: all damping is in the joint. The response of a rate-limited model
+/// determines only the sum of both dampings, and a fit with both of them ends at a stiffness and a
+/// torque that are a hundred times too high.
 #[derive(Clone, Copy)]
-struct DampedLaw(PositionLaw);
+struct JointDampingLaw(PositionLaw);
 
 /// The laws of a position loop at a joint, simplest first.
 pub(super) fn position_laws(
@@ -74,7 +75,7 @@ pub(super) fn position_laws(
         is_limit_of_joint,
     };
     vec![
-        Arc::new(Stepped::new(DampedLaw(law), about, setpoint_deg)),
+        Arc::new(Stepped::new(JointDampingLaw(law), about, setpoint_deg)),
         Arc::new(Stepped::new(law, about, setpoint_deg)),
     ]
 }
@@ -141,21 +142,21 @@ impl Law for PositionLaw {
     }
 }
 
-impl Law for DampedLaw {
-    type Values<S: Scalar> = DampedValues<S>;
+impl Law for JointDampingLaw {
+    type Values<S: Scalar> = JointDampingValues<S>;
 
-    fn start(&self, data: &DataSummary, step_s: f64) -> DampedValues<f64> {
-        let with = self.0.start(data, step_s);
-        DampedValues {
-            stiffness_nm_rad: with.stiffness_nm_rad,
-            damping_nm_s_rad: with.damping_nm_s_rad,
-            torque_limit_nm: with.torque_limit_nm,
-            friction_nm: with.friction_nm,
-            delay_steps: with.delay_steps,
+    fn start(&self, data: &DataSummary, step_s: f64) -> JointDampingValues<f64> {
+        let both = self.0.start(data, step_s);
+        JointDampingValues {
+            stiffness_nm_rad: both.stiffness_nm_rad,
+            damping_nm_s_rad: both.damping_nm_s_rad,
+            torque_limit_nm: both.torque_limit_nm,
+            friction_nm: both.friction_nm,
+            delay_steps: both.delay_steps,
         }
     }
 
-    fn at_rest<S: Scalar>(&self, p: &DampedValues<S>, step_s: f64) -> impl Step<S> {
+    fn at_rest<S: Scalar>(&self, p: &JointDampingValues<S>, step_s: f64) -> impl Step<S> {
         Joint {
             damping: p.damping_nm_s_rad,
             friction: Some(p.friction_nm),
@@ -163,7 +164,7 @@ impl Law for DampedLaw {
         }
     }
 
-    fn delay_steps<S: Scalar>(p: &DampedValues<S>) -> S {
+    fn delay_steps<S: Scalar>(p: &JointDampingValues<S>) -> S {
         p.delay_steps
     }
 }

@@ -13,7 +13,7 @@ pub(super) struct Response {
     pub target_deg: Arc<[f64]>,
     /// The angle at each step, deg.
     pub angle_deg: Vec<f64>,
-    /// The greatest command, deg.
+    /// The greatest magnitude of the command, deg.
     pub amplitude_deg: f64,
 }
 

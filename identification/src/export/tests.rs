@@ -127,7 +127,7 @@ fn the_error_is_that_on_an_input_to_which_the_law_is_not_fitted() {
         (INPUT, "log-chirp", "variable-step", ("scale", 7.0 / 120.0)),
         ("log-chirp", INPUT, "variable-step", ("scale", 7.0 / 120.0)),
         ("chirp", INPUT, "variable-step", ("scale", 7.0 / 120.0)),
-        ("variable-step", "log-chirp", "prbs", ("amplitude_deg", 7.0)),
+        ("variable-step", "log-chirp", INPUT, ("amplitude_deg", 7.0)),
     ] {
         let mut input = Input::named(first).expect("an input");
         let (name, amplitude) = match first {
@@ -136,14 +136,16 @@ fn the_error_is_that_on_an_input_to_which_the_law_is_not_fitted() {
         };
         input.set(name, amplitude).expect("an amplitude");
         let found = export(&servo, target, &input, None).expect("an approximation");
-        let inputs = format!("on the inputs {first} and {second}: ");
-        let unseen = format!("on the input {validation}, to which it is not fitted");
+        let inputs = format!("on the inputs {first} and {second} with an amplitude of ");
+        let unseen = format!("on the input {validation} with this amplitude, to which it is not");
         let stated = [inputs, unseen].map(|it| found.text.contains(&it));
         assert_eq!(stated, [true; 2], "{}", found.text);
         let mut unseen = Input::named(validation).expect("an input");
         unseen.set(size.0, size.1).expect("an amplitude");
         let response = Response::of(&servo, &[unseen], target.step_s()).expect("a response");
         // The amplitude of a sweep is that at the steps.
+        let amplitude_deg = number_after(&found.text, "with an amplitude of ");
+        assert!((amplitude_deg - 7.0).abs() < 1e-3, "{}", found.text);
         assert!((found.spread_deg - response.spread_deg()).abs() < 1e-3);
     }
 }
@@ -181,15 +183,32 @@ fn the_document_states_the_errors_of_the_default_models() {
             ),
         ];
         for (settings, expected_deg) in models {
-            let found_deg = exported(&settings, target.name()).error_deg;
+            let found = exported(&settings, target.name());
             let expected: f64 = expected_deg.parse().expect("a number");
-            // Half of the last digit.
-            assert!((found_deg - expected).abs() < 0.0051, "{row} {found_deg}");
+            // Half of the last digit, and rounding.
+            let off_deg = found.error_deg - expected;
+            assert!(off_deg.abs() < 0.0051, "{row} {}", found.text);
             stated += 1;
         }
     }
     // One row is that of two targets with the same transfer function.
     assert_eq!(stated, 2 * (TARGETS.len() - 1));
+}
+
+#[test]
+fn large_steps_export_the_ratio_of_the_rate_limits() {
+    let servo = Settings::new(ModelKind::BlackBox1, PlantKind::FirstOrder);
+    let input = Input::named("variable-step").expect("an input");
+    let target = named("jsbsim").expect("a target");
+    let found = export(&servo, target, &input, None).expect("an approximation");
+    let limit = |sense| number_after(&found.text, &format!("sense=\"{sense}\">"));
+    // The rate is limited in the whole sweep, in which the shaft drifts by this ratio.
+    let ratio = limit("decr") / limit("incr");
+    assert!(
+        (ratio / (350.0 / 240.0) - 1.0).abs() < 0.02,
+        "{}",
+        found.text
+    );
 }
 
 #[test]
