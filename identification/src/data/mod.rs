@@ -26,6 +26,7 @@ mod source;
 mod spreadsheet;
 mod table;
 mod times;
+mod turns;
 mod unit;
 
 #[cfg(test)]

@@ -165,28 +165,31 @@ pub fn named(name: &str) -> Option<&'static dyn Target> {
 /// The first input of the fit unless another one is chosen: most servos reach their limits in it.
 pub const INPUT: &str = "3-2-1-1";
 
-/// The second input of the fit, of the same amplitude: a sweep over all frequencies of use, or steps
-/// where the first one is a sweep.
+/// The second input of the fit, of the same amplitude: a sweep over all frequencies of use, or
+/// steps where the first one is a sweep.
 fn second(first: &Input, amplitude_deg: f64) -> Result<Input, ParameterError> {
-    let mut input = match first {
+    let input = match first {
         Input::Chirp(_) | Input::LogChirp(_) => Input::ThreeTwoOneOne(Default::default()),
         _ => Input::LogChirp(Default::default()),
     };
-    input.set("amplitude_deg", amplitude_deg)?;
-    Ok(input)
+    with(input, "amplitude_deg", amplitude_deg)
 }
 
 /// The input of the stated error, of the same amplitude, to which the law is not fitted: steps of
-/// many heights.
+/// many heights, or of few where the first one has those.
 fn validation(first: &Input, amplitude_deg: f64) -> Result<Input, ParameterError> {
     if let Input::VariableStep(_) = first {
-        let mut input = Input::ThreeTwoOneOne(Default::default());
-        input.set("amplitude_deg", amplitude_deg)?;
-        return Ok(input);
+        let few = Input::ThreeTwoOneOne(Default::default());
+        return with(few, "amplitude_deg", amplitude_deg);
     }
     let greatest_deg = LEVELS.into_iter().fold(Angle::ZERO, |a, b| a.max(b.abs()));
-    let mut input = Input::VariableStep(Default::default());
-    input.set("scale", amplitude_deg / greatest_deg.to_f64())?;
+    let scale = amplitude_deg / greatest_deg.to_f64();
+    with(Input::VariableStep(Default::default()), "scale", scale)
+}
+
+/// An input with another value of one of its parameters.
+fn with(mut input: Input, name: &str, value: f64) -> Result<Input, ParameterError> {
+    input.set(name, value)?;
     Ok(input)
 }
 

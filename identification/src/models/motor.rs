@@ -100,9 +100,9 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 const MOST_VISCOUS_NM_S_DEG: f64 = 100.0 * DEGREE;
 
 parameters! {
-    /// Parameters of [`Motor`]. The bounds of the friction coefficients of a servo are the ranges in
-    /// which the authors of arXiv 2410.08650 search (github.com/Rhoban/bam, `bam/model.py`): beyond
-    /// them a recording is fitted by friction that no servo has, and a held-out one is not
+    /// Parameters of [`Motor`]. The bounds of the friction coefficients of a servo are the ranges
+    /// in which the authors of arXiv 2410.08650 search (github.com/Rhoban/bam, `bam/model.py`):
+    /// beyond them a recording is fitted by friction that no servo has, and a held-out one is not
     /// predicted.
     pub struct MotorValues {
         torque_constant_nm_a: ElectricalParameters.redeclared(1.6, 1e-5, 100.0)
