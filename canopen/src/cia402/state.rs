@@ -155,6 +155,8 @@ impl StateMachine {
             Cia402State::Fault => {
                 if resets && conditions.fault == Fault::None {
                     self.state = Cia402State::SwitchOnDisabled; // 15
+                    // A command given in the fault does not act behind its reset.
+                    self.command = Command::DisableVoltage;
                 }
                 Motion::Off
             }

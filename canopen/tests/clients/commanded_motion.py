@@ -118,9 +118,12 @@ class Motion(Bench):
         return struct.unpack("<I", self.sdo.upload(0x2007, 2))[0]
 
     def is_at_rest(self):
+        """Whether every angle within 0.2 s is within a count: two angles are equal on either side of an overshoot too."""
         before, begun = self.angle(), self.sample_time()
-        self.wait(lambda: (self.sample_time() - begun) % 2**32 >= 200_000, "0.2 s of the board")
-        return abs(self.angle() - before) <= 88
+        while (self.sample_time() - begun) % 2**32 < 200_000:
+            if abs(self.angle() - before) > 88:
+                return False
+        return True
 
     def move(self, target):
         """To this angle by a profile; the drive remains enabled."""

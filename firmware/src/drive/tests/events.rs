@@ -182,6 +182,21 @@ fn cases() -> impl Iterator<Item = (bool, u64)> {
     [false, true].into_iter().flat_map(spacings)
 }
 
+/// The coding of "shutdown" has bit 7 clear: 86h resets a fault, and commands nothing.
+#[test]
+fn no_command_of_the_fault_acts_behind_its_reset() {
+    for (uses_pdo, spacing_us) in cases() {
+        let mut master = Master::after_a_fault(uses_pdo);
+        master.write_all(&[6, 0x86, 7].map(Control), spacing_us);
+        master.wait(PAUSE_US);
+        let state = master.state();
+        assert_eq!(state, Cia402State::SwitchOnDisabled, "{spacing_us} us");
+        master.write(Control(6));
+        master.wait(PAUSE_US);
+        assert_eq!(master.state(), Cia402State::ReadyToSwitchOn);
+    }
+}
+
 #[test]
 fn with_a_full_queue_an_sdo_waits_and_an_rpdo_is_refused_with_an_emcy() {
     let mut bench = Bench::new();
