@@ -9,6 +9,8 @@ pub struct Answer {
     pub turn: u8,
     /// Pause before it, us.
     pub delay_us: u16,
+    /// Bytes of the servos before it that it continues.
+    pub bytes_before: u16,
     /// Its bytes.
     pub bytes: Bytes,
     /// Whether it continues the packet of the servos before it: [`crate::dynamixel::link`].

@@ -42,9 +42,15 @@ pub mod tables {
 
 pub use answer::Answer;
 pub use bytes::{Bytes, CAPACITY};
-pub use memory::{Memory, Refusal};
+pub use memory::{EEPROM, Memory, Refusal};
 pub use receiver::{Framing, Receiver, Scan};
 pub use table::{Field, Order, Register, Sign, Table};
+
+/// Steps of the encoder per turn.
+pub const TURN: i32 = 4096;
+
+/// Position in the middle of a turn, in steps.
+pub const MIDDLE: i32 = TURN / 2;
 
 /// The ID of all servos.
 pub const BROADCAST: u8 = 0xFE;

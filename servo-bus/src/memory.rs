@@ -5,6 +5,13 @@ use crate::table::{Field, Register, Sign, Table};
 /// Addresses of a table: those of the XM430 end at 662.
 const SIZE: usize = 662;
 
+/// Bytes that hold the EEPROM of every table, from address 0 on.
+pub const EEPROM: usize = 64;
+
+/// Bytes that hold what a backup has, from address 0 on: the EEPROM, and the gains and the profile
+/// of a Dynamixel.
+const BACKUP: usize = 128;
+
 /// Indirect addresses point to registers in RAM.
 const RAM_OF_INDIRECT: i32 = 64;
 
@@ -26,9 +33,10 @@ pub enum Refusal {
 pub struct Memory {
     table: &'static Table,
     bytes: [u8; SIZE],
-    stored: [u8; SIZE],
-    backup: [u8; SIZE],
-    written: [bool; SIZE],
+    stored: [u8; EEPROM],
+    backup: [u8; BACKUP],
+    /// A bit for each address.
+    written: [u32; SIZE.div_ceil(32)],
 }
 
 impl Memory {
@@ -37,16 +45,45 @@ impl Memory {
         let mut memory = Self {
             table,
             bytes: [0; SIZE],
-            stored: [0; SIZE],
-            backup: [0; SIZE],
-            written: [false; SIZE],
+            stored: [0; EEPROM],
+            backup: [0; BACKUP],
+            written: [0; SIZE.div_ceil(32)],
         };
         for register in table.registers {
             memory.store(register.field, register.default);
         }
-        memory.backup = memory.stored;
+        memory.back_up(&[]);
         memory.restart();
         memory
+    }
+
+    /// What lasts without power.
+    pub fn eeprom(&self) -> &[u8; EEPROM] {
+        &self.stored
+    }
+
+    /// Starts with what lasted without power. A register whose value is out of its range, or which
+    /// the bus may not write, has that of a new servo.
+    ///
+    /// ```
+    /// use servo_bus::{Memory, tables::{STS3215, sts}};
+    ///
+    /// let mut before = Memory::new(&STS3215);
+    /// before.store(sts::ID, 7);
+    /// let mut after = Memory::new(&STS3215);
+    /// after.load(before.eeprom());
+    /// assert_eq!(after.get(sts::ID), 7);
+    /// ```
+    pub fn load(&mut self, eeprom: &[u8; EEPROM]) {
+        let writable = |register: &&Register| register.is_eeprom && register.is_writable;
+        for register in self.table.registers.iter().filter(writable) {
+            let bytes = eeprom.get(range(register.field)).unwrap_or_default();
+            let value = register.field.decode(bytes, self.table.order);
+            if (register.min..=register.max).contains(&value) {
+                self.store(register.field, value);
+            }
+        }
+        self.restart();
     }
 
     /// The control table.
@@ -81,13 +118,25 @@ impl Memory {
 
     /// Whether the bus has written a register since the last call.
     pub fn take_written(&mut self, field: Field) -> bool {
-        let place = self.written.get_mut(usize::from(field.address));
-        place.is_some_and(core::mem::take)
+        let (word, bit) = bit_of(field);
+        let Some(word) = self.written.get_mut(word) else {
+            return false;
+        };
+        let is_written = *word & bit != 0;
+        *word &= !bit;
+        is_written
     }
 
     /// Keeps what is stored, and the present values of these registers, as a backup.
     pub fn back_up(&mut self, also: &[Field]) {
-        self.backup = self.stored;
+        self.backup = [0; BACKUP];
+        for register in self.table.registers {
+            let default = register.field.encode(register.default, self.table.order);
+            put(&mut self.backup, register.field, default);
+        }
+        for (place, stored) in self.backup.iter_mut().zip(self.stored) {
+            *place = stored;
+        }
         for field in also {
             let value = field.encode(self.get(*field), self.table.order);
             put(&mut self.backup, *field, value);
@@ -103,11 +152,22 @@ impl Memory {
             .filter(|r| !but.contains(&r.field))
         {
             let field = register.field;
-            let bytes = self.backup.get(range(field)).unwrap_or_default();
-            let kept = field.decode(bytes, self.table.order);
-            self.store(field, if from_backup { kept } else { register.default });
+            let kept = self.backed_up(field).filter(|_| from_backup);
+            self.store(field, kept.unwrap_or(register.default));
         }
         self.restart();
+        for register in self.table.registers {
+            let kept = self.backed_up(register.field).filter(|_| from_backup);
+            if let Some(kept) = kept.filter(|_| !register.is_eeprom) {
+                self.set(register.field, kept);
+            }
+        }
+    }
+
+    /// The value of a register in the backup, if it has one.
+    fn backed_up(&self, field: Field) -> Option<i32> {
+        let bytes = self.backup.get(range(field))?;
+        Some(field.decode(bytes, self.table.order))
     }
 
     /// The values after a start.
@@ -130,7 +190,7 @@ impl Memory {
                 self.set(pointer(pointers, index), i32::from(data + index));
             }
         }
-        self.written = [false; SIZE];
+        self.written = [0; SIZE.div_ceil(32)];
     }
 
     /// Whether all these addresses are within the table.
@@ -266,8 +326,9 @@ impl Memory {
         } else {
             self.set(register.field, value);
         }
-        if let Some(written) = self.written.get_mut(usize::from(register.field.address)) {
-            *written = true;
+        let (word, bit) = bit_of(register.field);
+        if let Some(word) = self.written.get_mut(word) {
+            *word |= bit;
         }
     }
 
@@ -324,7 +385,12 @@ fn range(field: Field) -> core::ops::Range<usize> {
     start..start + usize::from(field.size)
 }
 
-fn put(bytes: &mut [u8; SIZE], field: Field, value: [u8; 4]) {
+/// Word and bit of a register among those that the bus has written.
+fn bit_of(field: Field) -> (usize, u32) {
+    (usize::from(field.address) / 32, 1 << (field.address % 32))
+}
+
+fn put(bytes: &mut [u8], field: Field, value: [u8; 4]) {
     for (place, byte) in bytes
         .iter_mut()
         .skip(usize::from(field.address))

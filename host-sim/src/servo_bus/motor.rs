@@ -2,14 +2,9 @@
 
 use model_core::parameter::ParameterError;
 use model_core::plant::drivetrain::{Drivetrain, electrical::Terminal};
+use servo_bus::{MIDDLE, TURN};
 
 use super::Model;
-
-/// Steps of the encoder per turn.
-pub const TURN: i32 = 4096;
-
-/// Position of the shaft at the start, in steps: the middle of a turn.
-pub const MIDDLE: i32 = TURN / 2;
 
 /// Time of a period, s.
 pub const PERIOD_S: f64 = 1e-3;
@@ -87,6 +82,19 @@ impl Motor {
     /// What was measured at the end of the last period.
     pub fn sensed(&self) -> &Sensed {
         &self.sensed
+    }
+
+    /// The supply, 0.1 V, and the temperature, degC.
+    pub fn supply_and_temperature(&self) -> (i32, i32) {
+        let Sensed {
+            supply_v,
+            temperature_c,
+            ..
+        } = self.sensed;
+        (
+            (supply_v * 10.0).round() as i32,
+            temperature_c.round() as i32,
+        )
     }
 
     /// A torque on the output shaft until the next call, Nm.

@@ -185,7 +185,7 @@ impl<'a> Item<'a> {
     }
 
     /// All items.
-    pub fn all(bytes: &'a [u8], has_data: bool) -> impl Iterator<Item = Self> {
+    pub fn all(bytes: &'a [u8], has_data: bool) -> impl Iterator<Item = Self> + Clone {
         let mut rest = bytes;
         core::iter::from_fn(move || {
             let (item, after) = Self::split(rest, has_data)?;

@@ -8,12 +8,14 @@
 //! The length counts what follows it. Behind FF FF FD, instruction and parameters have another FD,
 //! so that no header is in them; length and CRC count it.
 
+mod control;
 mod crc;
 mod instruction;
 mod packet;
 mod rules;
 mod server;
 
+pub use control::{Control, FULL_PWM, Measured, Profile, Taken, error, mode};
 pub use crc::crc;
 pub use instruction::{Instruction, Item};
 pub use packet::{Framing, Packet, encode, link};

@@ -16,6 +16,9 @@ const STATUS: u8 = 0x55;
 /// Bytes of an answer's data that always fit with stuffing, header, error and CRC.
 const MOST_DATA: usize = 700;
 
+/// Bytes of a status packet before its error.
+const BEGINNING: u16 = 8;
+
 /// Set in the error of a status packet while there is a hardware error.
 const ALERT: u8 = 0x80;
 
@@ -160,7 +163,7 @@ impl Server {
         &mut self,
         (address, length): (u16, u16),
         turn: usize,
-        lengths: impl Iterator<Item = u16>,
+        lengths: impl Iterator<Item = u16> + Clone,
         is_fast: bool,
     ) -> Option<Answer> {
         let id = self.memory.get(x::ID) as u8;
@@ -172,9 +175,12 @@ impl Server {
             return None;
         }
         // Error, ID, data and CRC of each, behind the instruction.
-        let total = lengths.fold(1u16, |sum, length| {
-            sum.saturating_add(length.saturating_add(4))
-        });
+        let sum = |sum: u16, length: u16| sum.saturating_add(length.saturating_add(4));
+        let bytes_before = match turn {
+            0 => 0,
+            _ => lengths.clone().take(turn).fold(BEGINNING, sum),
+        };
+        let total = lengths.fold(1, sum);
         let mut bytes = if turn == 0 {
             begin(BROADCAST, STATUS, total)
         } else {
@@ -192,6 +198,7 @@ impl Server {
             delay_us,
             bytes,
             is_linked: true,
+            bytes_before,
         })
     }
 
@@ -203,6 +210,7 @@ impl Server {
             delay_us: self.delay_us(),
             bytes: encode(id, STATUS, &[&[error], &data]),
             is_linked: false,
+            bytes_before: 0,
         })
     }
 

@@ -7,10 +7,12 @@
 //!
 //! The length counts what follows it; the check value is the inverted sum of all from the ID on.
 
+mod control;
 mod instruction;
 mod packet;
 mod server;
 
+pub use control::{ACCELERATION_UNIT, Control, Measured, Profile, SPEED_UNIT, Taken, mode, status};
 pub use instruction::Instruction;
 pub use packet::{Framing, Packet, encode};
 pub use server::{Event, Server};

@@ -66,6 +66,7 @@ impl Server {
             delay_us: 2 * self.memory.get(sts::RETURN_DELAY_TIME) as u16,
             bytes: encode(id, self.memory.get(sts::STATUS) as u8, data),
             is_linked: false,
+            bytes_before: 0,
         }
     }
 

@@ -1,10 +1,11 @@
 //! From goals to the bridge.
 
 use canopen::cia402::Limits;
+use servo_bus::feetech::{Control, mode, status};
 use servo_bus::tables::sts;
 
 use super::super::motor::{Drive, PERIOD_S};
-use super::{OVERLOAD, SPEED_UNIT, Sts};
+use super::Sts;
 
 const PERIOD_US: u32 = 1000;
 
@@ -13,41 +14,30 @@ const PERIOD_US: u32 = 1000;
 const WHEEL_P: f64 = 1e-5;
 const WHEEL_I: f64 = 1e-3;
 
-/// Acceleration of one, steps/s^2.
-const ACCELERATION_UNIT: u32 = 100;
-
 impl Sts {
     /// Limits of the way to a goal.
     fn limits(&self) -> Limits {
-        let most = SPEED_UNIT * self.get(sts::MAXIMUM_VELOCITY_LIMIT);
-        let wanted = self.get(sts::GOAL_VELOCITY).abs();
-        let velocity = if wanted == 0 { most } else { wanted.min(most) };
-        let acceleration = match self.get(sts::ACCELERATION) {
-            0 => u32::MAX,
-            wanted => {
-                ACCELERATION_UNIT * wanted.min(self.get(sts::MAXIMUM_ACCELERATION).max(1)) as u32
-            }
-        };
+        let profile = Control::profile(&self.server.memory);
         Limits {
-            velocity: velocity as u32,
-            acceleration,
-            deceleration: acceleration,
+            velocity: profile.velocity,
+            acceleration: profile.acceleration,
+            deceleration: profile.acceleration,
         }
     }
 
     pub(super) fn drive(&mut self) -> Drive {
-        match self.torque {
+        match self.control.torque {
             0 => return Drive::Free,
             1 => {}
             _ => return Drive::Brake,
         }
-        let duty = match self.mode {
-            1 => self.wheel(),
-            2 => f64::from(self.get(sts::GOAL_TIME)) / 1000.0,
+        let duty = match self.control.mode {
+            mode::WHEEL => self.wheel(),
+            mode::PWM => f64::from(self.get(sts::GOAL_TIME)) / 1000.0,
             _ => self.position_duty(),
         };
         let mut most = f64::from(self.get(sts::TORQUE_LIMIT)) / 1000.0;
-        if self.latched & OVERLOAD != 0 {
+        if self.latched & status::OVERLOAD != 0 {
             most = most.min(f64::from(self.get(sts::PROTECTIVE_TORQUE)) / 100.0);
         }
         Drive::Duty(duty.clamp(-most, most))
@@ -57,7 +47,7 @@ impl Sts {
     /// dead zone, and at least the starting force outside of it.
     fn position_duty(&mut self) -> f64 {
         let limits = self.limits();
-        self.ramp.to_position(self.goal, &limits, PERIOD_US);
+        self.ramp.to_position(self.control.goal, &limits, PERIOD_US);
         let error = self.ramp.position() - self.position();
         let change = error - std::mem::replace(&mut self.error, error);
         let dead_zone = if error > 0 {
@@ -81,20 +71,15 @@ impl Sts {
 
     /// Duty of the wheel mode: PI on the rate.
     fn wheel(&mut self) -> f64 {
-        let most = SPEED_UNIT * self.get(sts::MAXIMUM_VELOCITY_LIMIT);
-        let goal = self.get(sts::GOAL_VELOCITY).clamp(-most, most);
-        self.ramp
-            .to_velocity(goal, &self.limits_of_wheel(most), PERIOD_US);
+        let goal = Control::speed(&self.server.memory);
+        let limits = Limits {
+            velocity: Control::greatest_speed(&self.server.memory) as u32,
+            ..self.limits()
+        };
+        self.ramp.to_velocity(goal, &limits, PERIOD_US);
         let error = f64::from(self.ramp.velocity()) - self.motor.sensed().rate;
         let gain = f64::from(self.get(sts::VELOCITY_I_COEFFICIENT)) * WHEEL_I;
         self.wheel_duty = (self.wheel_duty + gain * error * PERIOD_S).clamp(-1.0, 1.0);
         f64::from(self.get(sts::VELOCITY_P_COEFFICIENT)) * WHEEL_P * error + self.wheel_duty
-    }
-
-    fn limits_of_wheel(&self, most: i32) -> Limits {
-        Limits {
-            velocity: most as u32,
-            ..self.limits()
-        }
     }
 }
