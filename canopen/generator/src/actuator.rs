@@ -12,7 +12,7 @@ use crate::{
 const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
 
 /// The groups of stored fields: path, type and content.
-const GROUPS: [Group; 22] = [
+const GROUPS: [Group; 23] = [
     Group::new(
         StorageLocation::Parameters,
         "command",
@@ -144,6 +144,12 @@ const GROUPS: [Group; 22] = [
         "dronecan",
         "DronecanSettings",
         "Settings of the DroneCAN node.",
+    ),
+    Group::new(
+        StorageLocation::Values,
+        "servo_bus",
+        "ServoBusSettings",
+        "Settings of the servo bus.",
     ),
 ];
 

@@ -270,7 +270,7 @@ impl Commands {
 }
 
 /// Whether a controlword stops the shaft or removes the power, whatever was requested before.
-fn ends_motion(control: u16) -> bool {
+pub(crate) fn ends_motion(control: u16) -> bool {
     matches!(
         cia402::Command::from_controlword(control),
         cia402::Command::QuickStop | cia402::Command::DisableVoltage

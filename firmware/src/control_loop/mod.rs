@@ -24,6 +24,7 @@ mod parameters;
 
 use canopen::cia402::{Axis, Cia402State, Mode};
 
+pub(crate) use self::commands::ends_motion;
 pub(crate) use self::feed_forward::ForwardGains;
 pub use self::{
     commands::{Command, Commands, ExcitationRequest, Numbered},

@@ -9,7 +9,7 @@ use super::Drive;
 use crate::{
     application::{BoardState, CommandSource},
     capture::{CaptureSettings, Signal, Trigger},
-    control_loop::{Command, ExcitationRequest, PERIOD_US, Polarity},
+    control_loop::{Command, ExcitationRequest, PERIOD_US, Polarity, ends_motion},
     dictionary::{DriveCommand, Measured},
     parameters::{ExcitationSettings, ObjectValue, Parameter},
     timing::thousandths,
@@ -61,6 +61,9 @@ impl Drive<'_> {
 
     /// Executes a command.
     pub(super) fn execute(&mut self, command: DriveCommand, value: u64) -> Result<(), Abort> {
+        if self.is_on_servo_bus && commands_motion(command, value) {
+            return Err(Abort::LocalControl);
+        }
         match command {
             DriveCommand::CommandSource => self.switch_source(value),
             DriveCommand::ExcitationControl if value == 0 => {
@@ -269,6 +272,30 @@ impl Drive<'_> {
             },
             before: settings.pre_trigger_records,
         });
+    }
+}
+
+/// Whether a write commands motion, and does not end it.
+fn commands_motion(command: DriveCommand, value: u64) -> bool {
+    match command {
+        DriveCommand::Controlword => !ends_motion(value as u16),
+        DriveCommand::ExcitationControl => value != 0,
+        DriveCommand::Mode
+        | DriveCommand::CommandSource
+        | DriveCommand::InterpolationPoint
+        | DriveCommand::TargetPosition
+        | DriveCommand::PositionOffset
+        | DriveCommand::TargetVelocity
+        | DriveCommand::VelocityOffset
+        | DriveCommand::TargetTorque
+        | DriveCommand::TorqueOffset => true,
+        DriveCommand::CaptureControl
+        | DriveCommand::ProgramControl
+        | DriveCommand::DownloadOffset
+        | DriveCommand::ServicePassword
+        | DriveCommand::TouchProbe
+        | DriveCommand::ClearPoints
+        | DriveCommand::AbortConnection => false,
     }
 }
 

@@ -14,18 +14,14 @@ use ::dronecan::{
     Telemetry, Value, circuit,
 };
 use canopen::ParameterGroup;
-use canopen::cia402::{self, Cia402State, controlword::ENABLE_OPERATION};
+use canopen::cia402::{self, Cia402State};
 
 use super::{Drive, emergency};
 use crate::{
     application::{BoardState, CommandSource},
-    control_loop::Command,
     faults::Fault,
     timing::thousandths,
 };
-
-/// Controlwords from which the loop is closed, one after the other.
-const ENABLE: [u16; 3] = [0x06, 0x07, 0x0F];
 
 /// The controlword of a quick stop, after which the loop is open, and the one with a fault reset.
 /// The time-out of commands does not run meanwhile.
@@ -48,33 +44,6 @@ impl Drive<'_> {
             status_period_us: 1_000_000_u32.checked_div(rate_hz).unwrap_or(0),
         };
         Node::new(settings, self, now_us)
-    }
-
-    /// Posts a change of the command, which is lost if too many are queued.
-    fn change_command(&mut self, change: impl FnOnce(&mut Command)) {
-        let mut command = *self.messages.commands.unverified().newest();
-        change(&mut command);
-        let taken = self.outputs.taken.command;
-        (self.messages.commands).update(|commands| _ = commands.set(&command, false, taken));
-    }
-
-    /// Whether the last command has closed the loop, or has asked for it.
-    fn is_commanded(&self) -> bool {
-        let newest = self.messages.commands.unverified().newest();
-        newest.control & ENABLE_OPERATION != 0
-    }
-
-    /// Follows a target in a mode, and closes the loop before if it is open.
-    fn follow(&mut self, mode: cia402::Mode, set: impl FnOnce(&mut Command)) {
-        if !self.is_commanded() {
-            for control in ENABLE {
-                self.change_command(|command| (command.control, command.mode) = (control, mode));
-            }
-        }
-        self.change_command(|command| {
-            command.mode = mode;
-            set(command);
-        });
     }
 
     fn release(&mut self) {

@@ -182,7 +182,7 @@ impl Drive<'_> {
     }
 
     /// Position actual value 6064h.
-    fn position_mdeg(&self) -> i32 {
+    pub(super) fn position_mdeg(&self) -> i32 {
         let (t, motion) = (&self.outputs.telemetry, &self.outputs.motion);
         let of_axis = thousandths(t.angle).saturating_add(motion.origin_mdeg);
         of_axis.wrapping_mul(Polarity::of(&self.values).position)

@@ -19,10 +19,12 @@ mod commands;
 mod device;
 mod dronecan;
 mod emergency;
+mod front_end;
 mod measured;
 mod model;
 mod objects;
 mod service;
+mod servo_bus;
 mod store;
 mod stored;
 mod targets;
@@ -33,6 +35,7 @@ mod update;
 
 pub use device::{Device, RPDOS, TPDOS};
 pub use measured::Diagnostics;
+pub use servo_bus::{Model as ServoModel, ServoBus};
 pub use stored::StoredParameters;
 pub use update::{Image, Slots, StageError, UpdateOrder};
 
@@ -116,6 +119,8 @@ pub struct Drive<'a> {
     has_queued: bool,
     /// A bit rate that LSS has set.
     bit_rate_kbit_s: Option<u16>,
+    /// The servo bus commands, and CANopen does not.
+    is_on_servo_bus: bool,
     /// Node-ID of the node; 0 for none.
     node_id: u8,
     /// Counters of the board's program, which may write here at any time.
@@ -150,6 +155,7 @@ impl<'a> Drive<'a> {
             values: *stored.values(),
             has_queued: false,
             bit_rate_kbit_s: None,
+            is_on_servo_bus: false,
             node_id: 0,
             diagnostics: Diagnostics::default(),
         }

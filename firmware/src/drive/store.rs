@@ -15,6 +15,8 @@ pub(super) enum StoreClient {
     Restore(ParameterGroup),
     /// Layer setting services.
     Lss,
+    /// The registers of the servo bus.
+    ServoBus,
 }
 
 /// Progress of a save.
@@ -93,9 +95,9 @@ impl ParameterStore {
     pub fn abandon(&mut self) {
         match self.phase {
             Phase::Idle
-            | Phase::Requested(StoreClient::Lss)
-            | Phase::Running(StoreClient::Lss)
-            | Phase::Done(StoreClient::Lss, _) => {}
+            | Phase::Requested(StoreClient::Lss | StoreClient::ServoBus)
+            | Phase::Running(StoreClient::Lss | StoreClient::ServoBus)
+            | Phase::Done(StoreClient::Lss | StoreClient::ServoBus, _) => {}
             Phase::Done(..) => self.phase = Phase::Idle,
             Phase::Requested(_) | Phase::Running(_) => self.is_abandoned = true,
         }

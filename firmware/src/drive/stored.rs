@@ -3,6 +3,7 @@
 use canopen::ParameterGroup;
 use canopen::dictionary::{Address, DataType, Entry};
 
+use super::servo_bus::Model;
 use crate::{
     dictionary::{COMMUNICATION, COMMUNICATION_ENTRIES, DICTIONARY, Location, location},
     parameters::{BoardParameters, CONTROL, ObjectValue, ObjectValues, Parameter},
@@ -10,10 +11,15 @@ use crate::{
 };
 use model_core::control::parameters::ControlParameters;
 use model_core::parameter::Parameters;
+use servo_bus::EEPROM;
 
 /// Words of a set: control parameters, other parameters of the board, values of objects,
-/// communication parameters, and whether the latter are stored.
-const WORDS: usize = CONTROL + Parameter::ALL.len() + ObjectValue::ALL.len() + COMMUNICATION + 1;
+/// communication parameters, whether the latter are stored, and the registers of the servo bus.
+const WORDS: usize =
+    CONTROL + Parameter::ALL.len() + ObjectValue::ALL.len() + COMMUNICATION + 1 + REGISTERS;
+
+/// Words of the registers of the servo bus: the model of the servo, and its EEPROM.
+const REGISTERS: usize = 1 + EEPROM / 4;
 
 /// Name or address, and type, of each word of a set.
 pub(super) const LAYOUT: [Field; WORDS] = {
@@ -43,6 +49,16 @@ pub(super) const LAYOUT: [Field; WORDS] = {
     while row < COMMUNICATION {
         layout[at] = communication_field(&COMMUNICATION_ENTRIES[row]);
         (at, row) = (at + 1, row + 1);
+    }
+    // Behind the flag.
+    at += 1;
+    while at < WORDS {
+        layout[at] = Field {
+            name: "servo_registers",
+            address: at as u32,
+            data_type: "u32",
+        };
+        at += 1;
     }
     layout
 };
@@ -77,6 +93,46 @@ pub struct StoredParameters {
     communication: [u32; COMMUNICATION],
     /// Whether the communication parameters are stored; if not, their defaults apply.
     has_communication: bool,
+    /// The servo on the servo bus, and what its control table keeps without power.
+    pub(super) registers: ServoRegisters,
+}
+
+/// The EEPROM of a control table.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct ServoRegisters {
+    /// Number of the model, object 2102h:4; 0: nothing is stored.
+    pub model: u8,
+    pub eeprom: [u8; EEPROM],
+}
+
+impl ServoRegisters {
+    const NONE: Self = Self {
+        model: 0,
+        eeprom: [0; EEPROM],
+    };
+
+    fn words(&self) -> impl Iterator<Item = u32> {
+        let (words, _) = self.eeprom.as_chunks::<4>();
+        let eeprom = words.iter().map(|word| u32::from_le_bytes(*word));
+        [u32::from(self.model)].into_iter().chain(eeprom)
+    }
+
+    fn read(words: &mut impl Iterator<Item = u32>) -> Option<Self> {
+        let mut registers = Self {
+            model: u8::try_from(words.next()?).ok()?,
+            ..Self::NONE
+        };
+        for (place, word) in registers
+            .eeprom
+            .as_chunks_mut::<4>()
+            .0
+            .iter_mut()
+            .zip(words)
+        {
+            *place = word.to_le_bytes();
+        }
+        Some(registers)
+    }
 }
 
 impl StoredParameters {
@@ -86,6 +142,7 @@ impl StoredParameters {
         values: ObjectValues::DEFAULT,
         communication: [0; COMMUNICATION],
         has_communication: false,
+        registers: ServoRegisters::NONE,
     };
 
     /// These parameters, with DroneCAN on the bus: the actuator of this number, whose node-ID the
@@ -100,6 +157,22 @@ impl StoredParameters {
     /// Whether DroneCAN is on the bus, and not CANopen.
     pub(super) const fn has_dronecan(&self) -> bool {
         self.values.dronecan.protocol == DRONECAN
+    }
+
+    /// These parameters, as a servo of this model and ID on the servo bus.
+    #[must_use]
+    pub fn with_servo_bus(mut self, model: Model, id: u8) -> Self {
+        self.values.servo_bus.servo_bus_model = model as u8;
+        self.registers = ServoRegisters {
+            model: model as u8,
+            eeprom: model.eeprom(id),
+        };
+        self
+    }
+
+    /// The model of the servo that the board is on the servo bus.
+    pub(super) fn servo_bus_model(&self) -> Option<Model> {
+        Model::of_number(self.values.servo_bus.servo_bus_model)
     }
 
     /// The values of objects.
@@ -149,8 +222,8 @@ impl StoredParameters {
         }
     }
 
-    /// Restores the defaults of a group; node-ID, bit rate and protocol stay, or a client would
-    /// lose the device, and so does the service password.
+    /// Restores the defaults of a group; node-ID, bit rate, protocol and servo bus stay, or a client
+    /// would lose the device, and so does the service password.
     pub(super) fn restore(&mut self, group: ParameterGroup) {
         if group.has_communication() {
             self.has_communication = false;
@@ -163,6 +236,7 @@ impl StoredParameters {
             self.values = ObjectValues {
                 service: self.values.service,
                 dronecan: self.values.dronecan,
+                servo_bus: self.values.servo_bus,
                 ..ObjectValues::DEFAULT
             };
         }
@@ -193,7 +267,8 @@ impl Stored for StoredParameters {
         let rest = self
             .communication
             .into_iter()
-            .chain([u32::from(self.has_communication)]);
+            .chain([u32::from(self.has_communication)])
+            .chain(self.registers.words());
         for (word, content) in words.zip(rest) {
             *word = content;
         }
@@ -212,6 +287,7 @@ impl Stored for StoredParameters {
             values,
             communication,
             has_communication: words.next() == Some(1),
+            registers: ServoRegisters::read(words)?,
         })
     }
 }

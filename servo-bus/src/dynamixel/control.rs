@@ -236,7 +236,8 @@ impl Control {
         );
         let is_out = !(least..=most).contains(&voltage);
         let is_hot = temperature > memory.get(x::TEMPERATURE_LIMIT);
-        error::TEMPERATURE * i32::from(is_hot) | error::VOLTAGE * i32::from(is_out)
+        let bit = |is_set: bool, bit: i32| if is_set { bit } else { 0 };
+        bit(is_hot, error::TEMPERATURE) | bit(is_out, error::VOLTAGE)
     }
 
     /// Turns the torque off, which an error may do.

@@ -234,7 +234,8 @@ impl Control {
         );
         let is_out = !(least..=most).contains(&voltage);
         let is_hot = temperature > memory.get(sts::MAX_TEMPERATURE_LIMIT);
-        status::TEMPERATURE * i32::from(is_hot) | status::VOLTAGE * i32::from(is_out)
+        let bit = |is_set: bool, bit: i32| if is_set { bit } else { 0 };
+        bit(is_hot, status::TEMPERATURE) | bit(is_out, status::VOLTAGE)
     }
 
     /// Greatest speed, steps/s.

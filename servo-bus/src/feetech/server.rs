@@ -80,7 +80,9 @@ impl Server {
         let answers_all = self.memory.get(sts::RESPONSE_LEVEL) == 1;
         match instruction {
             // Of all servos: each in the place of its ID, as LeRobot expects.
-            Instruction::Ping => return Some((id, Bytes::default())),
+            Instruction::Ping => {
+                return Some((if is_broadcast { id } else { 0 }, Bytes::default()));
+            }
             Instruction::Read { address, length } => {
                 return (!is_broadcast).then(|| (0, self.read(address, length)));
             }

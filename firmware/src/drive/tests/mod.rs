@@ -16,6 +16,7 @@ mod motion;
 mod objects;
 mod polarity;
 mod service;
+mod servo_bus;
 mod store;
 mod torque;
 mod tracking;

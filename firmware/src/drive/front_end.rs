@@ -1,0 +1,39 @@
+//! What front ends have in common whose protocol has no controlword: they close the loop by the
+//! controlwords of CiA 402.
+
+use canopen::cia402::{self, controlword::ENABLE_OPERATION};
+
+use super::Drive;
+use crate::control_loop::Command;
+
+/// Controlwords from which the loop is closed, one after the other.
+const ENABLE: [u16; 3] = [0x06, 0x07, 0x0F];
+
+impl Drive<'_> {
+    /// Posts a change of the command, which is lost if too many are queued.
+    pub(super) fn change_command(&mut self, change: impl FnOnce(&mut Command)) {
+        let mut command = *self.messages.commands.unverified().newest();
+        change(&mut command);
+        let taken = self.outputs.taken.command;
+        (self.messages.commands).update(|commands| _ = commands.set(&command, false, taken));
+    }
+
+    /// Whether the last command has closed the loop, or has asked for it.
+    pub(super) fn is_commanded(&self) -> bool {
+        let newest = self.messages.commands.unverified().newest();
+        newest.control & ENABLE_OPERATION != 0
+    }
+
+    /// Follows a target in a mode, and closes the loop before if it is open.
+    pub(super) fn follow(&mut self, mode: cia402::Mode, set: impl FnOnce(&mut Command)) {
+        if !self.is_commanded() {
+            for control in ENABLE {
+                self.change_command(|command| (command.control, command.mode) = (control, mode));
+            }
+        }
+        self.change_command(|command| {
+            command.mode = mode;
+            set(command);
+        });
+    }
+}

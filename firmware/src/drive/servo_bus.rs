@@ -1,0 +1,256 @@
+//! The actuator as a servo on a serial bus: another front end of the drive, with the control table
+//! of a Feetech STS3215 or a Dynamixel XL330-M288.
+//!
+//! ```text
+//! bytes ── Line ── Receiver ── Server ── registers ── exchange ── Drive
+//! ```
+//!
+//! Bytes are received, and answered, above the communication ([`ServoBus::receive`],
+//! [`ServoBus::elapsed`]); the communication exchanges the registers with the drive
+//! ([`ServoBus::exchange`]). While the bus is in use it alone commands the drive: CANopen reads, sets
+//! parameters, and may end the motion.
+
+mod dynamixel;
+mod feetech;
+mod line;
+mod motor;
+
+use core::task::Poll;
+use servo_bus::{Answer, EEPROM, Framing, Memory, Receiver};
+
+use self::{dynamixel::Dynamixel, feetech::Feetech, line::Line, motor::Sensed};
+use super::{Drive, StoredParameters};
+use crate::{interface::BoardState, timing::CONTROL_PERIOD_MS};
+
+pub use self::{line::Elapsed, motor::Model};
+
+/// A servo whose registers the bus reads and writes.
+trait Servo {
+    /// How its protocol delimits packets.
+    type Framing: Framing;
+
+    /// Carries out a packet; returns the answer.
+    fn receive(&mut self, packet: &[u8]) -> Option<Answer>;
+
+    /// Its registers.
+    fn memory(&self) -> &Memory;
+
+    /// The bit rate of its table, bit/s.
+    fn bit_rate(&self) -> u32;
+
+    /// Takes what was measured, after so many control periods, and what the bus has commanded;
+    /// returns what the drive has to do.
+    fn exchange(&mut self, sensed: &Sensed, periods: u32) -> motor::Demand;
+}
+
+/// A servo and its line.
+#[derive(Debug)]
+struct Station<S: Servo> {
+    servo: S,
+    receiver: Receiver<S::Framing>,
+    line: Line,
+    keeper: Keeper,
+}
+
+impl<S: Servo> Station<S> {
+    fn new(servo: S) -> Self {
+        Self {
+            keeper: Keeper::of(servo.memory()),
+            servo,
+            receiver: Receiver::default(),
+            line: Line::default(),
+        }
+    }
+
+    fn receive(&mut self, bytes: &[u8]) -> Option<u32> {
+        for byte in bytes {
+            self.line.hear(*byte);
+            self.receiver.push(*byte);
+            while let Some(packet) = self.receiver.next_packet() {
+                let answer = self.servo.receive(packet);
+                self.line.packet(answer);
+            }
+        }
+        self.line.wait_us()
+    }
+
+    fn elapsed(&mut self) -> Elapsed {
+        let elapsed = self.line.elapsed();
+        if elapsed == Elapsed::Silence {
+            self.receiver.discard();
+        }
+        elapsed
+    }
+
+    fn exchange(&mut self, drive: &mut Drive<'_>, periods: u32, model: Model) {
+        let sensed = Sensed::of(drive);
+        let demand = self.servo.exchange(&sensed, periods);
+        drive.carry_out(&demand, periods > 0);
+        self.keeper.keep(self.servo.memory(), drive, model);
+    }
+}
+
+/// Stores what the table keeps without power once it has not changed for a while.
+#[derive(Debug)]
+struct Keeper {
+    kept: [u8; EEPROM],
+    /// What changes now, and the exchanges since its last change.
+    changed: [u8; EEPROM],
+    age: u8,
+}
+
+/// Exchanges, at least 1 ms apart, after which what has changed is stored: a client writes several
+/// registers, and each save wears the flash.
+const SETTLED: u8 = 100;
+
+impl Keeper {
+    fn of(memory: &Memory) -> Self {
+        Self {
+            kept: *memory.eeprom(),
+            changed: *memory.eeprom(),
+            age: 0,
+        }
+    }
+
+    fn keep(&mut self, memory: &Memory, drive: &mut Drive<'_>, model: Model) {
+        if self.age < SETTLED {
+            let is_same = self.changed == *memory.eeprom();
+            self.changed = *memory.eeprom();
+            let has_changed = self.changed != self.kept;
+            self.age = if is_same && has_changed {
+                self.age + 1
+            } else {
+                0
+            };
+            return;
+        }
+        // A save that fails is not repeated: the flash is worn or broken.
+        if let Poll::Ready(_) = drive.keep_registers(model, &self.changed) {
+            (self.kept, self.age) = (self.changed, 0);
+        }
+    }
+}
+
+/// The servo of this board.
+#[derive(Debug)]
+enum Kind {
+    Feetech(Station<Feetech>),
+    Dynamixel(Station<Dynamixel>),
+}
+
+/// The actuator on a servo bus.
+#[derive(Debug)]
+pub struct ServoBus {
+    kind: Kind,
+    model: Model,
+    /// The control period of the last exchange.
+    tick: u32,
+}
+
+impl ServoBus {
+    /// The servo that these parameters select; `None` without one.
+    ///
+    /// ```
+    /// use firmware::drive::{ServoBus, ServoModel, StoredParameters};
+    ///
+    /// assert!(ServoBus::new(&StoredParameters::DEFAULT).is_none());
+    /// let set = StoredParameters::DEFAULT.with_servo_bus(ServoModel::Sts3215, 1);
+    /// let mut servo = ServoBus::new(&set).unwrap();
+    /// assert_eq!(servo.bit_rate(), 1_000_000);
+    /// // A ping is answered after the return delay of the table, 500 us.
+    /// assert_eq!(servo.receive(&[0xFF, 0xFF, 1, 2, 1, 0xFB]), Some(500));
+    /// ```
+    pub fn new(stored: &StoredParameters) -> Option<Self> {
+        let model = stored.servo_bus_model()?;
+        let registers = &stored.registers;
+        let eeprom = (registers.model == model as u8).then_some(&registers.eeprom);
+        Some(Self {
+            kind: match model {
+                Model::Sts3215 => Kind::Feetech(Station::new(Feetech::new(eeprom))),
+                Model::Xl330M288 => Kind::Dynamixel(Station::new(Dynamixel::new(eeprom))),
+            },
+            model,
+            tick: 0,
+        })
+    }
+
+    /// The bit rate of the line, bit/s. It may change behind each answer.
+    pub fn bit_rate(&self) -> u32 {
+        match &self.kind {
+            Kind::Feetech(station) => station.servo.bit_rate(),
+            Kind::Dynamixel(station) => station.servo.bit_rate(),
+        }
+    }
+
+    /// Takes bytes of the line, of the master or of other servos, up to a pause of the line.
+    /// Returns after how many microseconds [`ServoBus::elapsed`] is to be called, if no byte comes
+    /// before.
+    pub fn receive(&mut self, bytes: &[u8]) -> Option<u32> {
+        match &mut self.kind {
+            Kind::Feetech(station) => station.receive(bytes),
+            Kind::Dynamixel(station) => station.receive(bytes),
+        }
+    }
+
+    /// The time of [`ServoBus::receive`] has elapsed without a byte.
+    pub fn elapsed(&mut self) -> Elapsed {
+        match &mut self.kind {
+            Kind::Feetech(station) => station.elapsed(),
+            Kind::Dynamixel(station) => station.elapsed(),
+        }
+    }
+
+    /// Writes the answer that is to be transmitted into a buffer, and returns its length: 0 if it
+    /// does not fit.
+    pub fn take_answer(&mut self, buffer: &mut [u8]) -> usize {
+        match &mut self.kind {
+            Kind::Feetech(station) => station.line.take_answer(buffer),
+            Kind::Dynamixel(station) => station.line.take_answer(buffer),
+        }
+    }
+
+    /// Exchanges the registers with the drive. To be called in each communication cycle.
+    pub fn exchange(&mut self, drive: &mut Drive<'_>) {
+        drive.is_on_servo_bus = true;
+        if drive.outputs.state == BoardState::Initialising {
+            return;
+        }
+        let tick = drive.outputs.telemetry.tick;
+        let periods = tick.wrapping_sub(core::mem::replace(&mut self.tick, tick));
+        let periods = periods.min(MOST_PERIODS);
+        match &mut self.kind {
+            Kind::Feetech(station) => station.exchange(drive, periods, self.model),
+            Kind::Dynamixel(station) => station.exchange(drive, periods, self.model),
+        }
+    }
+}
+
+/// Control periods between two exchanges that count: more are those of the start.
+const MOST_PERIODS: u32 = 5;
+
+/// Length of a control period, us.
+const PERIOD_US: u32 = 1000 * CONTROL_PERIOD_MS as u32;
+
+/// Advances the way to a goal by so many control periods.
+fn advance(periods: u32, mut step: impl FnMut(u32)) {
+    for _ in 0..periods {
+        step(PERIOD_US);
+    }
+}
+
+impl Drive<'_> {
+    /// Stores the registers of the servo bus; to be called repeatedly until it is ready.
+    fn keep_registers(
+        &mut self,
+        model: Model,
+        eeprom: &[u8; EEPROM],
+    ) -> Poll<Result<(), canopen::Abort>> {
+        let client = super::store::StoreClient::ServoBus;
+        self.store.save(client, |set| {
+            set.registers = super::stored::ServoRegisters {
+                model: model as u8,
+                eeprom: *eeprom,
+            };
+        })
+    }
+}

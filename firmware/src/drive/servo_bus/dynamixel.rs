@@ -1,0 +1,193 @@
+//! The control table of a Dynamixel of the X series, with the loop of the board: gains and the goal
+//! PWM have no effect, and there is no PWM mode.
+
+use canopen::cia402::{Limits, Ramp};
+use servo_bus::dynamixel::{
+    Control, FULL_PWM, Framing, Measured, Profile, Server, Taken, error, mode,
+};
+use servo_bus::{Answer, EEPROM, Memory, tables::x};
+
+use super::motor::{Demand, Model, MostTorque, Sensed, Target, in_mdeg, limit_mdeg, mdeg, steps};
+use super::{PERIOD_US, Servo, advance};
+
+/// Bit rates by their number in the table, bit/s.
+const BIT_RATES: [u32; 7] = [
+    9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000,
+];
+
+/// The servo.
+#[derive(Debug)]
+pub(super) struct Dynamixel {
+    server: Server,
+    /// `None` until the angle is known.
+    control: Option<Control>,
+    taken: Taken,
+    /// Position of the shaft at the last exchange, steps.
+    shaft: i32,
+    /// The way to the goal, of the shaft, mdeg; its end, and its limits.
+    ramp: Ramp,
+    target: i32,
+    limits: Limits,
+}
+
+/// Of a way without a profile.
+const UNLIMITED: Limits = Limits {
+    velocity: u32::MAX,
+    acceleration: u32::MAX,
+    deceleration: u32::MAX,
+};
+
+impl Dynamixel {
+    /// After a start, with what was kept without power.
+    pub fn new(eeprom: Option<&[u8; EEPROM]>) -> Self {
+        let mut server = Server::new(Model::Xl330M288.table(), 1);
+        if let Some(eeprom) = eeprom {
+            server.memory.load(eeprom);
+        }
+        Self {
+            server,
+            control: None,
+            taken: Taken::default(),
+            shaft: 0,
+            ramp: Ramp::at(0),
+            target: 0,
+            limits: UNLIMITED,
+        }
+    }
+
+    /// The way to a goal begins.
+    fn begin(&mut self, control: &Control, taken: &Taken, sensed: &Sensed) {
+        if taken.begins {
+            self.ramp = Ramp::at(sensed.position_mdeg);
+        }
+        let memory = &self.server.memory;
+        let goal = memory.get(x::GOAL_POSITION);
+        let way = goal.wrapping_sub(control.position(memory, self.shaft));
+        let forward = Control::direction(memory);
+        self.target = mdeg(self.shaft.wrapping_add(forward.wrapping_mul(way)));
+        let distance = steps(self.target).abs_diff(steps(self.ramp.position()));
+        let velocity = steps_s(self.ramp.velocity());
+        let of = |profile: Profile| Limits {
+            velocity: limit_mdeg(profile.velocity),
+            acceleration: limit_mdeg(profile.acceleration),
+            deceleration: limit_mdeg(profile.acceleration),
+        };
+        let profile = control.profile(memory, distance, velocity);
+        self.limits = profile.map_or(UNLIMITED, of);
+    }
+
+    /// The next demand of a control that is on.
+    fn target(&mut self, control: &Control, periods: u32) -> Target {
+        let memory = &self.server.memory;
+        let (forward, limits) = (Control::direction(memory), self.limits);
+        match control.mode {
+            mode::CURRENT => Target::Current(forward * memory.get(x::GOAL_CURRENT)),
+            mode::VELOCITY => {
+                let goal = forward * in_mdeg(Control::goal_velocity(memory).into());
+                advance(periods, |us| self.ramp.to_velocity(goal, &limits, us));
+                Target::Velocity(self.ramp.velocity())
+            }
+            mode::PWM => Target::Off,
+            _ => {
+                let target = self.target;
+                advance(periods, |us| _ = self.ramp.to_position(target, &limits, us));
+                Target::Position(self.ramp.position())
+            }
+        }
+    }
+
+    /// Position and velocity of the way to the goal, in units of the table.
+    fn trajectory(&self, control: &Control) -> (i32, i32) {
+        let memory = &self.server.memory;
+        let position = control.position(memory, steps(self.ramp.position()));
+        let velocity = Control::velocity_units(steps_s(self.ramp.velocity()));
+        (position, Control::direction(memory) * velocity)
+    }
+}
+
+impl Servo for Dynamixel {
+    type Framing = Framing;
+
+    fn receive(&mut self, packet: &[u8]) -> Option<Answer> {
+        let answer = self.server.receive(packet);
+        if let Some(control) = &mut self.control {
+            self.taken.add(control.take(&mut self.server, self.shaft));
+        }
+        answer
+    }
+
+    fn memory(&self) -> &Memory {
+        &self.server.memory
+    }
+
+    fn bit_rate(&self) -> u32 {
+        let number = self.server.memory.get(x::BAUD_RATE);
+        let rate = usize::try_from(number)
+            .ok()
+            .and_then(|it| BIT_RATES.get(it));
+        rate.copied().unwrap_or(57_600)
+    }
+
+    fn exchange(&mut self, sensed: &Sensed, periods: u32) -> Demand {
+        self.shaft = steps(sensed.position_mdeg);
+        let shaft = self.shaft;
+        let memory = &mut self.server.memory;
+        let mut control = (self.control).unwrap_or_else(|| Control::new(memory, shaft));
+        let mut taken = core::mem::take(&mut self.taken);
+        let memory = &mut self.server.memory;
+        let ms = (periods * PERIOD_US / 1000) as i32;
+        if control.elapse(memory, ms, shaft) {
+            (taken.begins, taken.has_goal) = (true, true);
+        }
+        let has_power = sensed.is_driven || taken.begins;
+        if control.is_driven && (!has_power || control.mode == mode::PWM) {
+            control.turn_off(memory);
+        }
+        if taken.begins || taken.has_goal {
+            self.begin(&control, &taken, sensed);
+        }
+        let target = match control.is_driven {
+            true => self.target(&control, periods),
+            false => Target::Off,
+        };
+        let trajectory = self.trajectory(&control);
+        let memory = &mut self.server.memory;
+        let most = match control.mode {
+            mode::CURRENT_BASED_POSITION => memory.get(x::GOAL_CURRENT),
+            _ => memory.get(x::CURRENT_LIMIT),
+        };
+        let faults = sensed.bits([
+            error::VOLTAGE,
+            error::ENCODER,
+            error::TEMPERATURE,
+            error::SHOCK,
+            error::OVERLOAD,
+            error::SHOCK,
+        ]);
+        // The restart has yet to acknowledge them.
+        let is_acknowledging = taken.restarts || sensed.is_waiting;
+        let errors = if is_acknowledging { 0 } else { faults };
+        let measured = Measured {
+            shaft,
+            rate: Control::velocity_units(steps_s(sensed.rate_mdeg_s)),
+            pwm: sensed.duty_permille * FULL_PWM / 1000,
+            current: sensed.current_ma,
+            voltage: sensed.voltage,
+            temperature: sensed.temperature,
+            trajectory,
+            errors: errors | Control::out_of_range(memory, sensed.voltage, sensed.temperature),
+        };
+        control.report(memory, &measured);
+        self.control = Some(control);
+        Demand {
+            target,
+            most_torque: MostTorque::OfCurrent(most),
+            acknowledges: taken.restarts,
+        }
+    }
+}
+
+/// Steps/s.
+fn steps_s(mdeg_s: i32) -> i32 {
+    steps(mdeg_s).wrapping_sub(steps(0))
+}

@@ -1,0 +1,157 @@
+//! The control table of an STS servo, with the loop of the board: gains, dead zones and the starting
+//! force have no effect, nor has the mode of the duty, and a braked torque is off.
+
+use canopen::cia402::{Limits, Ramp};
+use servo_bus::feetech::{Control, Framing, Measured, Server, Taken, mode, status};
+use servo_bus::{Answer, EEPROM, Memory, tables::sts};
+
+use super::motor::{Demand, Model, MostTorque, Sensed, Target, in_mdeg, limit_mdeg, mdeg, steps};
+use super::{Servo, advance};
+
+/// Bit rates by their number in the table, bit/s.
+const BIT_RATES: [u32; 8] = [
+    1_000_000, 500_000, 250_000, 128_000, 115_200, 76_800, 57_600, 38_400,
+];
+
+/// The servo.
+#[derive(Debug)]
+pub(super) struct Feetech {
+    server: Server,
+    /// `None` until the angle is known.
+    control: Option<Control>,
+    taken: Taken,
+    /// Position of the shaft at the last exchange, steps.
+    shaft: i32,
+    /// The way to the goal, and its end, mdeg.
+    ramp: Ramp,
+    target: i32,
+}
+
+impl Feetech {
+    /// After a start, with what was kept without power.
+    pub fn new(eeprom: Option<&[u8; EEPROM]>) -> Self {
+        let mut server = Server::new(Model::Sts3215.table(), 1);
+        if let Some(eeprom) = eeprom {
+            server.memory.load(eeprom);
+        }
+        Self {
+            server,
+            control: None,
+            taken: Taken::default(),
+            shaft: 0,
+            ramp: Ramp::at(0),
+            target: 0,
+        }
+    }
+
+    /// The next demand of a control that is on.
+    fn target(&mut self, control: &Control, periods: u32) -> Target {
+        let memory = &self.server.memory;
+        let profile = Control::profile(memory);
+        let limits = Limits {
+            velocity: limit_mdeg(profile.velocity),
+            acceleration: limit_mdeg(profile.acceleration),
+            deceleration: limit_mdeg(profile.acceleration),
+        };
+        match control.mode {
+            mode::WHEEL => {
+                let goal = in_mdeg(Control::speed(memory).into());
+                advance(periods, |us| self.ramp.to_velocity(goal, &limits, us));
+                Target::Velocity(self.ramp.velocity())
+            }
+            mode::PWM => Target::Off,
+            _ => {
+                let target = self.target;
+                advance(periods, |us| _ = self.ramp.to_position(target, &limits, us));
+                Target::Position(self.ramp.position())
+            }
+        }
+    }
+}
+
+impl Servo for Feetech {
+    type Framing = Framing;
+
+    fn receive(&mut self, packet: &[u8]) -> Option<Answer> {
+        let answer = self.server.receive(packet);
+        if let Some(control) = &mut self.control {
+            self.taken.add(control.take(&mut self.server, self.shaft));
+        }
+        answer
+    }
+
+    fn memory(&self) -> &Memory {
+        &self.server.memory
+    }
+
+    fn bit_rate(&self) -> u32 {
+        let number = self.server.memory.get(sts::BAUD_RATE);
+        let rate = usize::try_from(number)
+            .ok()
+            .and_then(|it| BIT_RATES.get(it));
+        rate.copied().unwrap_or(1_000_000)
+    }
+
+    fn exchange(&mut self, sensed: &Sensed, periods: u32) -> Demand {
+        self.shaft = steps(sensed.position_mdeg);
+        let shaft = self.shaft;
+        let memory = &mut self.server.memory;
+        let mut control = (self.control).unwrap_or_else(|| Control::new(memory, shaft));
+        let taken = core::mem::take(&mut self.taken);
+        let memory = &mut self.server.memory;
+        let present = Control::out_of_range(memory, sensed.voltage, sensed.temperature);
+        let has_power = sensed.is_driven || taken.begins || taken.has_goal;
+        if control.torque != 0 && (!has_power || control.mode == mode::PWM)
+            || present & memory.get(sts::UNLOADING_CONDITION) != 0
+        {
+            control.turn_off(memory);
+        }
+        if taken.begins {
+            self.ramp = Ramp::at(sensed.position_mdeg);
+            if !taken.has_goal {
+                // Turning the torque on moves nothing.
+                control.hold(memory, shaft);
+            }
+        }
+        if taken.begins || taken.has_goal {
+            let way = control.goal.wrapping_sub(control.position(memory, shaft));
+            self.target = mdeg(shaft.wrapping_add(way));
+        }
+        let most = memory.get(sts::TORQUE_LIMIT) as u16;
+        let target = match control.torque {
+            1 => self.target(&control, periods),
+            _ => Target::Off,
+        };
+        let faults = sensed.bits([
+            status::VOLTAGE,
+            status::ENCODER,
+            status::TEMPERATURE,
+            status::CURRENT,
+            status::OVERLOAD,
+            status::ENCODER,
+        ]);
+        let measured = Measured {
+            shaft,
+            rate: steps_s(sensed.rate_mdeg_s),
+            load_permille: sensed.duty_permille,
+            voltage: sensed.voltage,
+            temperature: sensed.temperature,
+            // 6.5 mA.
+            current: sensed.current_ma * 2 / 13,
+            status: faults | present,
+            is_under_way: self.ramp.position() != self.target,
+        };
+        control.report(&mut self.server.memory, &measured);
+        self.control = Some(control);
+        Demand {
+            target,
+            most_torque: MostTorque::Share(most),
+            acknowledges: taken.acknowledges || taken.has_goal,
+        }
+    }
+}
+
+/// Steps/s.
+fn steps_s(mdeg_s: i32) -> i32 {
+    steps(mdeg_s).wrapping_sub(steps(0))
+}
