@@ -125,7 +125,7 @@ impl Keeper {
             return;
         }
         // A save that fails is not repeated: the flash is worn or broken.
-        if let Poll::Ready(_) = drive.keep_registers(model, &self.changed) {
+        if drive.keep_registers(model, &self.changed).is_ready() {
             (self.kept, self.age) = (self.changed, 0);
         }
     }
