@@ -161,6 +161,7 @@ impl Design {
                 (Electrical::Supply, Some(range))
             }
             (_, Some(used)) if used.mode == "analog" => (Electrical::AnalogInput, None),
+            (_, Some(used)) if used.mode == "open drain" => (Electrical::OpenDrain, None),
             (_, Some(used)) if used.direction == "out" => (Electrical::Output, None),
             (_, Some(_)) => {
                 let high = self.figure("STM32F429ZI", "input_high_share");

@@ -14,9 +14,11 @@ mod design;
 mod figures;
 mod quantity;
 mod rows;
+mod servo_bus;
 pub mod write;
 
 pub use data::DataError;
 pub use design::{Design, Net, PinOf, Range};
 pub use figures::Divider;
 pub use rows::{Electrical, Figure, Limit, Part, Pin, ProcessorPin};
+pub use servo_bus::ServoBus;

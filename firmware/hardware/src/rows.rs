@@ -137,9 +137,9 @@ pub struct ProcessorPin {
     pub peripheral: String,
     /// Number of the alternate function.
     pub alternate: Option<u8>,
-    /// `output`, `alternate` or `analog`.
+    /// `output`, `alternate`, `open drain` or `analog`.
     pub mode: String,
-    /// `in` or `out`.
+    /// `in`, `out` or `both`.
     pub direction: String,
     /// Internal resistor: `up`, `down` or none.
     pub pull: String,

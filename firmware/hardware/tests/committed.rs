@@ -42,7 +42,17 @@ fn the_texts_state_the_figures_of_the_design() {
     let driver_v = driver.and_then(|pin| pin.min_v).expect("a range");
     let gate_v = design.figure("IRF7307", "gate_drive");
     let needs = format!("{driver_v} and {gate_v} V");
+    let bus = design.servo_bus();
+    let ns = |seconds: f64| format!("{:.0} ns", seconds * 1e9);
+    let ma = |ampere: f64| format!("{:.1} mA", ampere * 1e3);
     let hardware = vec![
+        ns(bus.rise_s),
+        ns(bus.half_bit_s),
+        format!("{:.2} V at PB6", bus.low_v),
+        format!("{:.2} V as low", bus.reads_low_v),
+        ma(bus.sunk_a),
+        ma(bus.returned_a),
+        format!("{:.2} A", bus.opposed_a),
         nominal,
         bounds,
         motor("stall_current"),

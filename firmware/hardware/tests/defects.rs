@@ -120,6 +120,18 @@ fn the_defects_that_the_rules_are_for_are_found() {
         ("F1 of 0.1 A", &[Value("F1", 0.1)]),
         ("threshold from 5 V", &[Move("R11.1", "5V")]),
         ("temperature from 5 V", &[Move("R24.1", "5V")]),
+        ("R34 of 4.7 kohm", &[Value("R34", 4.7e3)]),
+        ("R34 of 47 ohm", &[Value("R34", 47.0)]),
+        ("R33 of 330 ohm", &[Value("R33", 330.0)]),
+        ("servo bus pulled to ground", &[Move("R34.1", "GND")]),
+        ("servo bus pulled to 5 V", &[Move("R34.1", "5V")]),
+        ("servo bus pulled up at J6", &[Move("R34.2", "BUS_DATA")]),
+        ("signal and ground of J6", &[Swap("J6.1", "J6.3")]),
+        ("R33 bridged", &[Join("SERVO_BUS", "BUS_DATA")]),
+        (
+            "servo bus and servo pulse at the processor",
+            &[Swap("A1.CN12-17", "A1.CN12-43")],
+        ),
     ];
     assert_eq!(missed(defects), [""; 0]);
 }

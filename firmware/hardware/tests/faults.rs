@@ -66,7 +66,7 @@ fn pin(design: &Design, name: &str) -> usize {
     pins.position(|pin| pin.name == name).expect("a pin")
 }
 
-const CASES: [Case; 35] = [
+const CASES: [Case; 42] = [
     (
         |d| set_kind(d, "U4", "TLV7011"),
         Rule::Outputs,
@@ -243,6 +243,47 @@ const CASES: [Case; 35] = [
         |d| set_value(d, "R23", 12e3),
         Rule::Ranges,
         "V_SENSE reads at most",
+    ),
+    (
+        |d| remove(d, "R34"),
+        Rule::Outputs,
+        "net SERVO_BUS: no resistor to a supply at an open-drain output",
+    ),
+    (
+        |d| set_value(d, "R34", 1e3),
+        Rule::ServoBus,
+        "the bus rises in 207 ns; half a bit is 167 ns",
+    ),
+    (
+        |d| set_value(d, "R34", 390.0),
+        Rule::ServoBus,
+        "the pin sinks 8.8 mA",
+    ),
+    (
+        |d| set_value(d, "R33", 150.0),
+        Rule::ServoBus,
+        "a servo that drives low leaves 1.09 V at the pin",
+    ),
+    (
+        |d| set_figure(d, "STM32F429ZI", "tolerant_absolute", 3.6),
+        Rule::ServoBus,
+        "the bus reaches 5.5 V; the pin tolerates 3.6 V",
+    ),
+    (
+        |d| {
+            let bus = pin(d, "SERVO_BUS");
+            d.processor[bus].mode = "alternate".to_owned();
+        },
+        Rule::ServoBus,
+        "SERVO_BUS: mode, speed and pull",
+    ),
+    (
+        |d| {
+            let bus = pin(d, "SERVO_BUS");
+            d.processor[bus].pull = "up".to_owned();
+        },
+        Rule::ServoBus,
+        "SERVO_BUS: mode, speed and pull",
     ),
 ];
 

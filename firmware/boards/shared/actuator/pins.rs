@@ -5,7 +5,7 @@
 use crate::board::setup::{Mode, Pin, Pull};
 
 /// Every pin that the program uses.
-pub const PINS: [Pin; 16] = [
+pub const PINS: [Pin; 17] = [
     // Leg A, high side: TIM1_CH1.
     (b'E', 9, Mode::Alternate(1), Pull::None),
     // Leg A, low side: TIM1_CH1N.
@@ -34,6 +34,8 @@ pub const PINS: [Pin; 16] = [
     (b'C', 3, Mode::Analog, Pull::None),
     // RC servo pulse: TIM4_CH1.
     (b'D', 12, Mode::Alternate(2), Pull::Down),
+    // Servo bus: USART1_TX.
+    (b'B', 6, Mode::OpenDrain(7), Pull::None),
     // CAN RX: CAN1_RX.
     (b'D', 0, Mode::Alternate(9), Pull::Up),
     // CAN TX: CAN1_TX.

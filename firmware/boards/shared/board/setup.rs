@@ -21,6 +21,9 @@ pub enum Mode {
     /// data in master mode with delayed SCK feedback).
     #[allow(dead_code, reason = "the communication board has no SPI")]
     FastestAlternate(u8),
+    /// Alternate function with open drain, and edges below 100 ns.
+    #[allow(dead_code, reason = "the communication board has no bus on one wire")]
+    OpenDrain(u8),
     #[allow(dead_code, reason = "the communication board has no analog pin")]
     Analog,
 }
@@ -42,9 +45,10 @@ fn port_address(port: u8) -> u32 {
     PORTS + 0x400 * u32::from(port.wrapping_sub(b'A'))
 }
 
-/// Register offsets: two bits for each pin in the first three, four bits in the last, which is two
-/// words.
+/// Register offsets: one bit for each pin in OTYPER and LCKR, four bits in AFR, which is two words,
+/// and two bits in the others.
 const MODER: u32 = 0x00;
+const OTYPER: u32 = 0x04;
 const OSPEEDR: u32 = 0x08;
 const PUPDR: u32 = 0x0c;
 const LCKR: u32 = 0x1c;
@@ -66,9 +70,14 @@ pub fn set_up_pins(pins: &[Pin]) {
             Mode::Output => 0b01,
             Mode::Alternate(function)
             | Mode::FastAlternate(function)
-            | Mode::FastestAlternate(function) => {
+            | Mode::FastestAlternate(function)
+            | Mode::OpenDrain(function) => {
                 match mode {
                     Mode::FastAlternate(_) => write_field(port + OSPEEDR, 2, number, HIGH_SPEED),
+                    Mode::OpenDrain(_) => {
+                        write_field(port + OTYPER, 1, number, 1);
+                        write_field(port + OSPEEDR, 2, number, HIGH_SPEED);
+                    }
                     Mode::FastestAlternate(_) => write_field(port + OSPEEDR, 2, number, VERY_HIGH),
                     _ => {}
                 }

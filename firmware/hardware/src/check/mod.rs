@@ -7,6 +7,7 @@ mod connections;
 mod drivers;
 mod inputs;
 mod processor;
+mod servo_bus;
 mod supplies;
 mod values;
 
@@ -42,6 +43,8 @@ pub enum Rule {
     Headers,
     /// Speed of the serial line.
     Serial,
+    /// Edges, levels and currents of the servo bus.
+    ServoBus,
     /// Nets lead from the processor and the supplies to the pins with their functions.
     Functions,
     /// Time constants and ratings.
@@ -87,6 +90,7 @@ pub fn check(design: &Design) -> Vec<Finding> {
     analog::check(design, &mut findings);
     inputs::check(design, &mut findings);
     processor::check(design, &mut findings);
+    servo_bus::check(design, &mut findings);
     chains::check(design, &mut findings);
     values::check(design, &mut findings);
     findings.0

@@ -125,6 +125,7 @@ pub(super) fn figures(design: &Design) -> String {
 /// Mode of a pin, as `setup::Mode`.
 fn mode(pin: &ProcessorPin) -> String {
     match (pin.alternate, pin.mode.as_str()) {
+        (Some(number), "open drain") => format!("Mode::OpenDrain({number})"),
         (Some(number), _) if pin.speed == "very high" => {
             format!("Mode::FastestAlternate({number})")
         }
