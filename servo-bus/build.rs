@@ -110,10 +110,13 @@ fn write_table(rust: &mut String, rows: &[Vec<&str>], model: &Model, order: &str
         indirect,
     } = model;
     let name = model.replace('-', "_").to_uppercase();
+    let lock = rows.iter().find(|row| row[3] == "lock");
+    let lock = lock.map_or("None".to_owned(), |row| format!("Some({})", field(row)));
     let _ = writeln!(
         rust,
         "/// Control table of the model `{model}`.\npub static {name}: Table = Table {{ \
-         name: \"{model}\", order: Order::{order}, indirect: &[{indirect}], registers: &["
+         name: \"{model}\", order: Order::{order}, lock: {lock}, indirect: &[{indirect}], \
+         registers: &["
     );
     for row in rows
         .iter()
@@ -121,16 +124,17 @@ fn write_table(rust: &mut String, rows: &[Vec<&str>], model: &Model, order: &str
     {
         let _ = writeln!(
             rust,
-            "Register {{ name: \"{}\", field: {}, is_writable: {}, is_eeprom: {}, min: {}, max: {}, \
-             default: {}, unit: \"{}\" }},",
+            "Register {{ #[cfg(feature = \"names\")] name: \"{}\", #[cfg(feature = \"names\")] \
+             unit: \"{}\", field: {}, is_writable: {}, is_eeprom: {}, min: {}, max: {}, \
+             default: {} }},",
             row[3],
+            row[10],
             field(row),
             row[4] == "rw",
             row[5] == "eeprom",
             row[7],
             row[8],
-            row[9],
-            row[10]
+            row[9]
         );
     }
     let _ = writeln!(rust, "] }};");

@@ -37,9 +37,11 @@ impl Bytes {
 
     /// Removes bytes from the front.
     pub fn remove(&mut self, count: usize) {
-        let count = count.min(self.length);
-        self.bytes.copy_within(count..self.length, 0);
-        self.length -= count;
+        // Both are within the bytes, which the compiler sees here.
+        let length = self.length.min(CAPACITY);
+        let count = count.min(length);
+        self.bytes.copy_within(count..length, 0);
+        self.length = length - count;
     }
 
     /// Removes all bytes.

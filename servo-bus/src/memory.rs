@@ -92,12 +92,15 @@ impl Memory {
     }
 
     /// The value of a register.
+    // Not inlined, as the next one: a servo has many calls.
+    #[inline(never)]
     pub fn get(&self, field: Field) -> i32 {
         let bytes = self.bytes.get(range(field)).unwrap_or_default();
         field.decode(bytes, self.table.order)
     }
 
     /// Sets the value of a register, which the servo itself may always do.
+    #[inline(never)]
     pub fn set(&mut self, field: Field, value: i32) {
         put(
             &mut self.bytes,
@@ -349,14 +352,16 @@ impl Memory {
             })?;
         let field = pointer(pointers, (address - pointers) / 2);
         Some(Register {
+            #[cfg(feature = "names")]
             name: "indirect_address",
+            #[cfg(feature = "names")]
+            unit: "",
             field,
             is_writable: true,
             is_eeprom: false,
             min: RAM_OF_INDIRECT,
             max: i32::from(data + number - 1),
             default: 0,
-            unit: "",
         })
     }
 

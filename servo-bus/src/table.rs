@@ -35,6 +35,7 @@ pub enum Order {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Register {
     /// Its name.
+    #[cfg(feature = "names")]
     pub name: &'static str,
     /// Its place.
     pub field: Field,
@@ -49,6 +50,7 @@ pub struct Register {
     /// Value of a new servo; of a register in RAM, after each start.
     pub default: i32,
     /// Unit of one.
+    #[cfg(feature = "names")]
     pub unit: &'static str,
 }
 
@@ -59,12 +61,15 @@ pub struct Table {
     pub name: &'static str,
     /// Order of the bytes of a value.
     pub order: Order,
+    /// The register that locks the EEPROM.
+    pub lock: Option<Field>,
     /// Indirect registers: first address of the addresses, first address of the data, number.
     pub indirect: &'static [(u16, u16, u16)],
     /// The registers, by address.
     pub registers: &'static [Register],
 }
 
+#[cfg(feature = "names")]
 impl Table {
     /// The register with this name.
     ///

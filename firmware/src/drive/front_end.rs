@@ -14,8 +14,14 @@ impl Drive<'_> {
     pub(super) fn change_command(&mut self, change: impl FnOnce(&mut Command)) {
         let mut command = *self.messages.commands.unverified().newest();
         change(&mut command);
+        self.replace_command(&command);
+    }
+
+    // Not inlined: the check value of the message is computed in one place.
+    #[inline(never)]
+    fn replace_command(&mut self, command: &Command) {
         let taken = self.outputs.taken.command;
-        (self.messages.commands).update(|commands| _ = commands.set(&command, false, taken));
+        (self.messages.commands).update(|commands| _ = commands.set(command, false, taken));
     }
 
     /// Whether the last command has closed the loop, or has asked for it.

@@ -264,7 +264,7 @@ impl Control {
     /// Speed of the wheel mode, steps/s.
     pub fn speed(memory: &Memory) -> i32 {
         let most = Self::greatest_speed(memory);
-        memory.get(sts::GOAL_VELOCITY).clamp(-most, most)
+        memory.get(sts::GOAL_VELOCITY).max(-most).min(most)
     }
 
     /// Reports what the loop measures.

@@ -148,8 +148,8 @@ impl Server {
     }
 
     fn write(&mut self, address: u8, data: &[u8]) {
-        let lock = self.memory.table().register("lock");
-        let stores = lock.is_some_and(|lock| self.memory.get(lock.field) == 0);
+        let lock = self.memory.table().lock;
+        let stores = lock.is_some_and(|lock| self.memory.get(lock) == 0);
         self.memory.write_each(u16::from(address), data, stores);
     }
 }

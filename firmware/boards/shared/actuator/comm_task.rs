@@ -9,7 +9,7 @@ use embedded_can::{Frame as _, Id};
 use firmware::{
     check_value::Checked,
     control_loop::Commands,
-    drive::{Device, StoredParameters},
+    drive::{Device, ServoBus, StoredParameters},
 };
 
 use super::{
@@ -75,8 +75,11 @@ impl CommTask {
     pub fn communicate(
         &mut self,
         period: u32,
-        mailboxes: &mut impl rtic::Mutex<T = Mailboxes>,
-        telemetry: &mut impl rtic::Mutex<T = Telemetry>,
+        (mailboxes, telemetry, servo_bus): (
+            &mut impl rtic::Mutex<T = Mailboxes>,
+            &mut impl rtic::Mutex<T = Telemetry>,
+            &mut impl rtic::Mutex<T = Option<&'static mut ServoBus>>,
+        ),
     ) -> bool {
         if let Some(outputs) = self.reader.take(telemetry) {
             self.device.observe(outputs);
@@ -87,6 +90,11 @@ impl CommTask {
         self.has_backlog = self.queues.process_data.len() > 0;
         let identity = self.identity();
         let has_service = process_frames(self, now_us);
+        servo_bus.lock(|bus| {
+            if let Some(bus) = bus {
+                bus.exchange(&mut self.device.drive);
+            }
+        });
         self.exchange_with_store();
         self.exchange_with_updater();
         self.forward_bit_rate();

@@ -7,6 +7,8 @@
 //! | 4 | `control_step` | encoder read, 38 us after the first edge | first copy of the control loop, whose outputs act at the next edge |
 //! | 4 | `comparison` | after the control step | second copy, comparison, telemetry |
 //! | 3 | `frame_received` | received frame | puts it into the queue of the communication |
+//! | 3 | `line_event` | pause of the servo bus, or end of the answer | carries out the instructions of the master |
+//! | 3 | `line_timer` | return delay | transmits the answer |
 //! | 2 | `communication_cycle` | edges of two PWM periods in between | CANopen node and drive |
 //! | 2 | `mailbox_free` | mailbox free, and each communication cycle | frames to the controller |
 //! | 2 | `bus_status_changed` | bus error, and each communication cycle | state and bit rate of the controller |
@@ -65,6 +67,8 @@ macro_rules! actuator_program {
             $encoder_read, control_step, 4, 1;
             $comparison, comparison, 4, 1;
             $frame_received, frame_received, 3, 0;
+            USART1, line_event, 3, 0;
+            TIM5, line_timer, 3, 0;
             $cycle, communication_cycle, 2, 2;
             $mailbox_free, mailbox_free, 2, 0;
             $bus_status, bus_status_changed, 2, 2;
@@ -85,7 +89,7 @@ macro_rules! actuator_program {
             use firmware::{
                 application::{Outputs, Start},
                 check_value::Checked,
-                drive::{Device, Messages, StoredParameters},
+                drive::{Device, Messages, ServoBus, StoredParameters},
                 faults::Fault,
                 store::{self, Origin},
                 supervisor::{ResetCause, Task},
@@ -105,6 +109,7 @@ macro_rules! actuator_program {
                     pwm_timer::Instant,
                     queues::{ControllerEnds, Queues, ReceivedFrames, StepReports},
                     sampling::Sampling,
+                    servo_bus_task,
                     shutdown,
                     timebase::PeriodCounter,
                     timing::PWM_PERIODS,
@@ -113,6 +118,7 @@ macro_rules! actuator_program {
                 chip::pac::Interrupt,
                 peripherals::{
                     ActuatorBridge, Can,
+                    servo_line::ServoLine,
                     updater::Updater,
                     wiring::{Peripherals, serial_number},
                 },
@@ -130,6 +136,9 @@ macro_rules! actuator_program {
                 loop_memory: LoopMemory,
                 mailboxes: Mailboxes,
                 telemetry: Telemetry,
+                servo_bus: Option<&'static mut ServoBus>,
+                #[lock_free]
+                servo_line: ServoLine,
                 #[lock_free]
                 can: CanController<Can, ControllerEnds>,
             }
@@ -147,6 +156,7 @@ macro_rules! actuator_program {
                         queues: Queues = Queues::new(),
                         set_to_save: MaybeUninit<StoredParameters> = MaybeUninit::uninit(),
                         device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
+                        servo_bus: MaybeUninit<ServoBus> = MaybeUninit::uninit(),
                         messages: [MaybeUninit<Messages>; 2] = [const { MaybeUninit::uninit() }; 2],
                         outputs: [MaybeUninit<Checked<Outputs>>; 2] =
                             [const { MaybeUninit::uninit() }; 2],
@@ -201,6 +211,11 @@ macro_rules! actuator_program {
                 let [published, read] = cx.local.outputs;
                 let telemetry = Telemetry::new(published.write(outputs));
                 let reader = Reader::new(read.write(outputs));
+                let servo_bus = ServoBus::new(&loaded.parameters);
+                let servo_bus = servo_bus.map(|bus| cx.local.servo_bus.write(bus));
+                if let Some(bus) = &servo_bus {
+                    peripherals.servo_line.start(bus.bit_rate());
+                }
                 peripherals.period_counter.start();
                 peripherals.bridge.timer().start();
                 let shared = Shared {
@@ -214,6 +229,8 @@ macro_rules! actuator_program {
                     loop_memory,
                     mailboxes,
                     telemetry,
+                    servo_bus,
+                    servo_line: peripherals.servo_line,
                     can,
                 };
                 let local = Local {
@@ -317,12 +334,14 @@ macro_rules! actuator_program {
                         binds = $cycle,
                         priority = 2,
                         local = [comm_task],
-                        shared = [mailboxes, telemetry],
+                        shared = [mailboxes, telemetry, servo_bus],
                     )]
             fn communication_cycle(cx: communication_cycle::Context) {
                 let (mut mailboxes, mut telemetry) = (cx.shared.mailboxes, cx.shared.telemetry);
+                let mut servo_bus = cx.shared.servo_bus;
                 let period = bus_status::period();
-                if (cx.local.comm_task).communicate(period, &mut mailboxes, &mut telemetry) {
+                let shared = (&mut mailboxes, &mut telemetry, &mut servo_bus);
+                if (cx.local.comm_task).communicate(period, shared) {
                     rtic::pend(Interrupt::$mailbox_free);
                 }
                 rtic::pend(Interrupt::$bus_status);
@@ -342,6 +361,26 @@ macro_rules! actuator_program {
                         bus_status::count_lost_frame();
                     }
                 }
+            }
+
+            #[task(binds = USART1, priority = 3, shared = [servo_line, servo_bus])]
+            fn line_event(cx: line_event::Context) {
+                let (line, mut bus) = (cx.shared.servo_line, cx.shared.servo_bus);
+                bus.lock(|bus| {
+                    if let Some(bus) = bus {
+                        servo_bus_task::on_line(line, bus);
+                    }
+                });
+            }
+
+            #[task(binds = TIM5, priority = 3, shared = [servo_line, servo_bus])]
+            fn line_timer(cx: line_timer::Context) {
+                let (line, mut bus) = (cx.shared.servo_line, cx.shared.servo_bus);
+                bus.lock(|bus| {
+                    if let Some(bus) = bus {
+                        servo_bus_task::on_timer(line, bus);
+                    }
+                });
             }
 
             #[task(binds = $mailbox_free, priority = 2, shared = [can])]

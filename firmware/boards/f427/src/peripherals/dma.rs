@@ -108,11 +108,17 @@ impl<const S: u8> DmaStream<S> {
         control.modify(|_, w| w.tcie().set_bit().teie().set_bit());
     }
 
-    /// Starts a transfer.
+    /// Starts a transfer of the whole buffer.
     pub fn start(&mut self) {
+        self.start_with(self.items);
+    }
+
+    /// Starts a transfer of so many elements of the buffer, at most all.
+    pub fn start_with(&mut self, items: u16) {
         self.clear();
         let stream = self.registers();
-        stream.ndtr().write(|w| w.ndt().set(self.items));
+        let items = items.min(self.items);
+        stream.ndtr().write(|w| w.ndt().set(items));
         // Reads of the last transfer's data precede this transfer.
         fence(Release);
         stream.cr().modify(|_, w| w.en().set_bit());
@@ -130,6 +136,14 @@ impl<const S: u8> DmaStream<S> {
         fence(Acquire);
         self.clear();
         flags >> Self::SHIFT & COMPLETE != 0
+    }
+
+    /// Elements that are left of the transfer, or of this round of a circular one.
+    pub fn left(&self) -> u16 {
+        let left = self.registers().ndtr().read().ndt().bits();
+        // Reads of the buffer follow.
+        fence(Acquire);
+        left
     }
 
     /// Aborts a transfer. The stream first ends the access to the bus that it has begun, and its

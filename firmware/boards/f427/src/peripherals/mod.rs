@@ -9,6 +9,7 @@ pub mod dma;
 pub mod encoder;
 pub mod flash;
 pub mod internal_clock;
+pub mod servo_line;
 pub mod timing;
 pub mod updater;
 pub mod wiring;

@@ -8,7 +8,7 @@ use stm32f4xx_hal::{dma::StreamsTuple, prelude::*, signature::Uid};
 
 use super::{
     ActuatorBridge, Encoder, analog::Analog, crc_unit::CrcUnit, encoder::SpiTransfer, flash::Flash,
-    internal_clock, timing::CORE_HZ,
+    internal_clock, servo_line::ServoLine, timing::CORE_HZ,
 };
 use crate::{
     actuator::{
@@ -25,6 +25,8 @@ pub struct Peripherals {
     pub analog: Analog,
     pub encoder: Encoder,
     pub servo_pulse: ServoPulse,
+    /// Off: the bit rate is a parameter.
+    pub servo_line: ServoLine,
     pub period_counter: PeriodCounter,
     /// Not configured: the bit rate is a parameter.
     pub can: pac::CAN1,
@@ -63,11 +65,14 @@ impl Peripherals {
             w.gpioden().set_bit().gpioeen().set_bit().crcen().set_bit()
         });
         rcc.apb1enr().modify(|_, w| {
-            w.tim2en().set_bit().tim4en().set_bit().can1en().set_bit();
+            w.tim2en().set_bit().tim4en().set_bit().tim5en().set_bit();
+            w.can1en().set_bit();
             w.wwdgen().set_bit().pwren().set_bit()
         });
-        rcc.apb2enr()
-            .modify(|_, w| w.tim1en().set_bit().spi1en().set_bit().adc1en().set_bit());
+        rcc.apb2enr().modify(|_, w| {
+            w.tim1en().set_bit().spi1en().set_bit().adc1en().set_bit();
+            w.usart1en().set_bit()
+        });
         // The registers respond after two cycles (ES0206, section 2.2.13): a read takes longer.
         let _ = rcc.apb2enr().read();
         let streams = StreamsTuple::new(dp.DMA2, &mut rcc);
@@ -86,6 +91,7 @@ impl Peripherals {
             analog,
             encoder: Encoder::new(transfer, select),
             servo_pulse: ServoPulse::new(dp.TIM4),
+            servo_line: ServoLine::new(dp.USART1, (streams.5, streams.7), dp.TIM5),
             period_counter: PeriodCounter::new(dp.TIM2),
             can: dp.CAN1,
             flash: Flash::new(dp.FLASH),

@@ -7,6 +7,7 @@ pub mod crc_unit;
 pub mod encoder;
 pub mod flash;
 mod message_ram;
+pub mod servo_line;
 pub mod timing;
 pub mod updater;
 pub mod wiring;

@@ -7,6 +7,7 @@ use firmware::supervisor::ResetCause;
 
 use super::{
     ActuatorBridge, Encoder, analog::Analog, crc_unit::CrcUnit, encoder::SpiTransfer, flash::Flash,
+    servo_line::ServoLine,
 };
 use crate::{
     actuator::{
@@ -23,6 +24,8 @@ pub struct Peripherals {
     pub analog: Analog,
     pub encoder: Encoder,
     pub servo_pulse: ServoPulse,
+    /// Off: the bit rate is a parameter.
+    pub servo_line: ServoLine,
     pub period_counter: PeriodCounter,
     /// Not configured: the bit rate is a parameter.
     pub can: pac::FDCAN1,
@@ -51,10 +54,10 @@ impl Peripherals {
         });
         rcc.ahb1enr().modify(|_, w| w.adc12en().set_bit());
         rcc.apb1lenr()
-            .modify(|_, w| w.tim2en().set_bit().tim4en().set_bit());
+            .modify(|_, w| w.tim2en().set_bit().tim4en().set_bit().tim5en().set_bit());
         rcc.apb1henr().modify(|_, w| w.fdcanen().set_bit());
         rcc.apb2enr()
-            .modify(|_, w| w.tim1en().set_bit().spi1en().set_bit());
+            .modify(|_, w| w.tim1en().set_bit().spi1en().set_bit().usart1en().set_bit());
         // The window watchdog resets the whole chip (RM0433, RCC_GCR).
         rcc.gcr().modify(|_, w| w.ww1rsc().set_bit());
         rcc.apb3enr().modify(|_, w| w.wwdg1en().set_bit());
@@ -78,6 +81,7 @@ impl Peripherals {
             analog: Analog::new((dp.ADC1, dp.ADC2), &dp.ADC12_COMMON, is_revision_v),
             encoder: Encoder::new(SpiTransfer::new(dp.SPI1), select),
             servo_pulse: ServoPulse::new(dp.TIM4),
+            servo_line: ServoLine::new(dp.USART1, dp.TIM5),
             period_counter: PeriodCounter::new(dp.TIM2),
             can: dp.FDCAN1,
             flash: Flash::new(dp.FLASH),
