@@ -1,7 +1,5 @@
 //! `actuator serve --elf`: actuators whose boards are emulated.
 
-#[cfg(feature = "board")]
-use std::path::Path;
 use std::path::PathBuf;
 
 use clap::Args;
@@ -19,8 +17,9 @@ pub struct Boards {
     /// Program of the emulated actuator boards; repeated, those of actuators 1, 2 and so on
     ///
     /// The last one is that of all further actuators. `native` in place of a file stands for an
-    /// actuator that is not emulated.
-    #[arg(long, value_name = "FILE", requires = "comm_elf", group = "emulated")]
+    /// actuator that is not emulated. The actuators of a CAN bus need --comm-elf too; servos on a
+    /// serial bus (--protocol) do not.
+    #[arg(long, value_name = "FILE", group = "emulated")]
     pub elf: Vec<PathBuf>,
     /// Program of the emulated communication board
     #[arg(long, value_name = "FILE", requires = "elf")]
@@ -58,6 +57,21 @@ impl Boards {
         }
     }
 
+    /// The programs that this bus has: a communication board belongs to a CAN bus, and to no other.
+    ///
+    /// # Errors
+    /// For actuators without it, and for servos with it.
+    pub fn check(&self, is_serial: bool) -> Result<(), Error> {
+        let problem = match (is_serial, self.comm_elf.is_some()) {
+            (true, true) => "--comm-elf belongs to a CAN bus, and this protocol has a serial bus",
+            (false, false) if !self.elf.is_empty() => {
+                "--elf needs --comm-elf: emulated actuators are reached through a communication board"
+            }
+            _ => return Ok(()),
+        };
+        Err(Error::Conflict(problem.into()))
+    }
+
     /// The number of actuators, which is that of the programs unless this one is given.
     ///
     /// # Errors
@@ -74,15 +88,14 @@ impl Boards {
         }
     }
 
-    /// Reads the programs.
+    /// Reads the programs of the actuator boards.
     ///
     /// # Errors
     /// For a file that is not the program of its board, and for a plan that cannot be read.
     #[cfg(feature = "board")]
     pub fn read(
         &self,
-        comm: &Path,
-        has_dronecan: bool,
+        interface: crate::emulated::Interface,
     ) -> Result<crate::emulated::Programs, Error> {
         let boot = crate::emulated::BootOptions {
             elf: self.boot_elf.as_deref(),
@@ -91,6 +104,6 @@ impl Boards {
         };
         let faults = self.faults.as_deref().map(crate::board::plan).transpose()?;
         let faults = faults.unwrap_or_default();
-        crate::emulated::Programs::read(&self.elf, comm, &boot, faults, has_dronecan)
+        crate::emulated::Programs::read(&self.elf, &boot, faults, interface)
     }
 }

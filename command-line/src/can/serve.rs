@@ -40,7 +40,8 @@ use host_sim::can::server::{Notice, Server};
 ///
 /// With `--protocol dronecan` the actuators are DroneCAN nodes, which the network gives their
 /// node-IDs. With another protocol the server runs servos on a serial bus instead, for the
-/// libraries of their makers.
+/// libraries of their makers. With --elf too, the servos are emulated actuator boards on one
+/// half-duplex line, which has one client at a time; there is no communication board.
 #[derive(Debug, Args)]
 pub struct Serve {
     /// Address and port of the server; port 0 selects a free one
@@ -57,7 +58,7 @@ pub struct Serve {
     #[arg(long, conflicts_with = "emulated")]
     unconfigured: bool,
     /// Seed of noise, friction and magnet misalignment, which differ between actuators [default:
-    /// ideal; 0 with --comm-elf]
+    /// ideal; 0 with --elf]
     #[arg(long, value_name = "NUMBER")]
     seed: Option<u64>,
     /// Faults as they are written to this file or pipe, one a line; `-` for standard input
@@ -77,18 +78,19 @@ pub struct Serve {
     multicast: Option<u8>,
     /// Makes this path a link to the pseudo-terminal, until the end
     #[cfg(unix)]
-    #[arg(
-        long,
-        value_name = "PATH",
-        requires = "pty",
-        conflicts_with = "emulated"
-    )]
+    #[arg(long, value_name = "PATH", requires = "pty")]
     link: Option<PathBuf>,
 }
 
-/// A transport to the serial line, and its address.
+/// The link to a pseudo-terminal.
+#[cfg(all(feature = "board", unix))]
+type Link = terminal::Link;
+#[cfg(all(feature = "board", not(unix)))]
+type Link = std::convert::Infallible;
+
+/// A transport to the serial line, its address, and the link to it.
 #[cfg(feature = "board")]
-type Endpoint = (Box<dyn crate::emulated::Transport>, String);
+type Endpoint = (Box<dyn crate::emulated::Transport>, String, Option<Link>);
 
 impl Serve {
     /// Runs the server until an interrupt.
@@ -99,8 +101,8 @@ impl Serve {
         let stop = interrupt::stop()?;
         let boards = self.boards.with_folder();
         let count = self.check(&boards)?;
-        if let Some(comm) = &boards.comm_elf {
-            return self.emulate(&boards, comm, count, &stop);
+        if !boards.elf.is_empty() {
+            return self.emulate(&boards, count, &stop);
         }
         if let Some(servos) = self.servos.serve(count)? {
             #[cfg(unix)]
@@ -164,9 +166,12 @@ impl Serve {
 
     /// The number of actuators, and no options that contradict each other.
     fn check(&self, boards: &Boards) -> Result<u8, Error> {
-        if self.servos.is_serial() && (!boards.elf.is_empty() || self.seed.is_some()) {
+        let is_serial = self.servos.is_serial();
+        self.boards.check(is_serial)?;
+        if is_serial && boards.elf.is_empty() && self.seed.is_some() {
             return Err(Error::Conflict(
-                "--elf and --seed concern actuators, and this protocol has servos".into(),
+                "--seed concerns actuators, and this protocol has simulated servos without --elf"
+                    .into(),
             ));
         }
         if self.multicast.is_some() && (self.servos.is_serial() || self.is_terminal()) {
@@ -174,7 +179,11 @@ impl Serve {
                 "--multicast needs a CAN bus, and a server at --listen".into(),
             ));
         }
-        boards.count(self.nodes)
+        let count = boards.count(self.nodes)?;
+        if is_serial && !boards.elf.is_empty() {
+            self.servos.check_boards(count)?;
+        }
+        Ok(count)
     }
 
     #[cfg(unix)]
@@ -208,51 +217,57 @@ impl Serve {
     }
 
     #[cfg(feature = "board")]
-    fn emulate(
-        &self,
-        boards: &Boards,
-        comm: &Path,
-        count: u8,
-        stop: &Arc<AtomicBool>,
-    ) -> Result<(), Error> {
-        use crate::emulated::{self, TcpServer};
-        let programs = boards.read(comm, self.servos.is_dronecan())?;
+    fn emulate(&self, boards: &Boards, count: u8, stop: &Arc<AtomicBool>) -> Result<(), Error> {
+        use crate::emulated;
+        let programs = boards.read(self.servos.interface())?;
+        // A serial bus has no communication board, not even one of --boards.
+        let comm = boards.comm_elf.as_deref();
+        let comm = comm.filter(|_| !self.servos.is_serial());
+        let comm = comm.map(emulated::comm_board).transpose()?;
         let seed = self.seed.unwrap_or(0);
         let plants: Vec<_> = (1..=count)
             .map(|number| BoardPlantOptions::realistic(seed.wrapping_add(number.into())))
             .collect();
-        let (transport, address): Endpoint = match self.open_terminal()? {
-            Some((transport, address)) => (transport, address),
+        let (transport, address, _link) = self.endpoint(match comm {
+            Some(_) => "the serial line of the communication board",
+            None => "the serial bus",
+        })?;
+        let line = match comm {
+            Some(_) => self.ready_line(&address, count, programs.kind(count)),
+            None => self.servos.boards_line(&address, count),
+        };
+        // The server also runs if nothing reads the line.
+        let ready = Box::new(move || drop(print(&line)));
+        let served = match comm {
+            Some(comm) => {
+                let are_emulated = (1..=count).map(|number| programs.of(number).is_some());
+                let faults = self.faults(are_emulated.collect());
+                let programs = (&programs, &comm);
+                emulated::serve(programs, &plants, faults, transport, ready, stop)
+            }
             None => {
-                let (listener, address) = self.listen()?;
-                (Box::new(TcpServer::new(listener)), address)
+                let faults = self.servos.board_faults(count);
+                emulated::serve_servos(&programs, &plants, faults, transport, ready, stop)
             }
         };
-        let line = self.ready_line(&address, count, programs.kind(count));
-        // The server also runs if nothing reads the line.
-        let ready = move || drop(print(&line));
-        let are_emulated = (1..=count).map(|number| programs.of(number).is_some());
-        let faults = self.faults(are_emulated.collect());
-        let ready = Box::new(ready);
-        emulated::serve(&programs, &plants, faults, transport, ready, stop).map_err(Error::Board)
+        served.map_err(Error::Board)
     }
 
-    #[cfg(all(feature = "board", unix))]
-    fn open_terminal(&self) -> Result<Option<Endpoint>, Error> {
-        let open = || {
-            open_terminal()
-                .map(|(file, address)| (Box::new(crate::emulated::Terminal(file)) as _, address))
-        };
-        self.pty.then(open).transpose()
-    }
-
-    #[cfg(all(feature = "board", not(unix)))]
-    fn open_terminal(&self) -> Result<Option<Endpoint>, Error> {
-        Ok(None)
+    /// Where the client of this serial line of emulated boards connects.
+    #[cfg(feature = "board")]
+    fn endpoint(&self, line: &'static str) -> Result<Endpoint, Error> {
+        #[cfg(unix)]
+        if self.pty {
+            let (terminal, address, link) = self.open_linked()?;
+            return Ok((Box::new(crate::emulated::Terminal(terminal)), address, link));
+        }
+        let (listener, address) = self.listen()?;
+        let server = crate::emulated::TcpServer::new(listener, line);
+        Ok((Box::new(server), address, None))
     }
 
     #[cfg(not(feature = "board"))]
-    fn emulate(&self, _: &Boards, _: &Path, _: u8, _: &Arc<AtomicBool>) -> Result<(), Error> {
+    fn emulate(&self, _: &Boards, _: u8, _: &Arc<AtomicBool>) -> Result<(), Error> {
         Err(Error::Conflict(
             "this program was built without the emulator; one that has it is built by \
              `cargo emulate serve`"

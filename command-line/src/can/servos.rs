@@ -26,11 +26,20 @@ const BIT_S: u64 = 1_000_000;
 /// The protocol of actuators, in place of CANopen.
 const DRONECAN: &str = "dronecan";
 
+/// The servos whose place an actuator board takes.
+const ON_BOARD: [&str; 2] = ["sts3215", "xl330-m288"];
+
+/// The most boards that a bus has: those of an arm.
+const MOST_BOARDS: u8 = 6;
+
 /// Servos in place of actuators.
 #[derive(Debug, Args)]
 pub struct Servos {
     /// DroneCAN on the CAN bus, with actuator-IDs from 1; or servos of a model on a serial bus at
     /// 1 Mbit/s, with IDs from 1
+    ///
+    /// The servos are simulated. With --elf, `sts3215` and `xl330-m288` are up to six emulated
+    /// actuator boards, without a communication board.
     #[arg(long, value_name = "PROTOCOL", conflicts_with = "unconfigured",
         value_parser = PossibleValuesParser::new(NAMES.into_iter().chain([DRONECAN])))]
     protocol: Option<String>,
@@ -40,7 +49,8 @@ pub struct Servos {
     /// Faults as they are written to this file or pipe, one a line; `-` for standard input
     ///
     /// `supply 5.5` sets the voltage; the number of a servo and `jam`, `free`, `load NM`, `vanish`,
-    /// `return`, `corrupt ANSWERS` or `id ID` concern that servo.
+    /// `return`, `corrupt ANSWERS` or `id ID` concern that servo. An emulated board takes `supply`,
+    /// `jam`, `free` and `load`.
     #[arg(long, value_name = "FILE", requires = "protocol")]
     servo_faults: Option<PathBuf>,
 }
@@ -78,28 +88,99 @@ impl Servos {
             });
         }
         let bus = Bus::new(&model, count, self.supply_ohm)?;
-        let ids = match count {
-            1 => "1 servo with ID 1".to_owned(),
-            most => format!("{most} servos with IDs 1 to {most}"),
-        };
         let name = model.table.name;
         let server = Server::new(bus, BIT_S).map_err(|source| failed(name, source))?;
-        let what = format!("{ids} of the model {name}");
+        Ok(Some(Serving {
+            server,
+            what: what(name, count),
+            faults: self.faults(count, |_| true),
+        }))
+    }
+
+    /// The faults as they come, of so many servos which have those that are not filtered out.
+    fn faults(&self, count: u8, has: impl Fn(&Fault) -> bool + Send + 'static) -> Receiver<Fault> {
         let (sender, faults) = mpsc::channel();
         if let Some(path) = self.servo_faults.clone() {
             let refused = move |fault: &Fault| match fault {
                 Fault::Of(servo, _) if *servo > usize::from(count) => {
                     Some(format!("the bus has {count} servos"))
                 }
+                _ if !has(fault) => Some("an emulated board has no such fault".to_owned()),
                 _ => None,
             };
             thread::spawn(move || read_faults(&path, refused, &sender));
         }
-        Ok(Some(Serving {
-            server,
-            what,
-            faults,
-        }))
+        faults
+    }
+
+    /// Whether so many emulated boards can be these servos.
+    ///
+    /// # Errors
+    /// For another model, more boards than run in real time, and a property of simulated servos.
+    pub fn check_boards(&self, count: u8) -> Result<(), Error> {
+        let model = self.protocol.as_deref().unwrap_or_default();
+        if !ON_BOARD.contains(&model) {
+            return Err(Error::Conflict(format!(
+                "--protocol {model}: an actuator board (--elf) is {}",
+                ON_BOARD.join(" or ")
+            )));
+        }
+        if count > MOST_BOARDS {
+            return Err(Error::Option {
+                option: "--nodes",
+                value: count.to_string(),
+                expected: "1 to 6 emulated boards on a serial bus",
+            });
+        }
+        if self.supply_ohm != 0.0 {
+            return Err(Error::Conflict(
+                "--supply-ohm concerns simulated servos, and boards (--elf) have supplies of their own"
+                    .into(),
+            ));
+        }
+        Ok(())
+    }
+}
+
+/// What is on a bus.
+fn what(model: &str, count: u8) -> String {
+    let ids = match count {
+        1 => "1 servo with ID 1".to_owned(),
+        most => format!("{most} servos with IDs 1 to {most}"),
+    };
+    format!("{ids} of the model {model}")
+}
+
+/// The line that reports that a bus is served.
+fn ready_line(address: &str, what: &str) -> String {
+    format!("ready: serial bus at {address}, {what}\n")
+}
+
+#[cfg(feature = "board")]
+impl Servos {
+    /// The protocol that the parameters of the boards select.
+    pub fn interface(&self) -> crate::emulated::Interface {
+        use crate::emulated::Interface;
+        use firmware::drive::ServoModel;
+        match self.protocol.as_deref() {
+            Some("sts3215") => Interface::ServoBus(ServoModel::Sts3215),
+            Some("xl330-m288") => Interface::ServoBus(ServoModel::Xl330M288),
+            Some(DRONECAN) => Interface::DroneCan,
+            _ => Interface::CanOpen,
+        }
+    }
+
+    /// The line that reports that so many boards are served.
+    pub fn boards_line(&self, address: &str, count: u8) -> String {
+        let model = self.protocol.as_deref().unwrap_or_default();
+        ready_line(address, &what(model, count))
+    }
+
+    /// The faults of so many boards, as they come.
+    pub fn board_faults(&self, count: u8) -> Receiver<Fault> {
+        let boards = usize::from(count);
+        let has = move |fault: &Fault| !crate::emulated::on_boards(*fault, boards).is_empty();
+        self.faults(count, has)
     }
 }
 
@@ -125,7 +206,7 @@ impl Serving {
         address: &str,
         stop: &AtomicBool,
     ) -> Result<(), Error> {
-        print(&format!("ready: serial bus at {address}, {}\n", self.what))?;
+        print(&ready_line(address, &self.what))?;
         let done = self.server.run(listener, &self.faults, stop);
         done.map_err(|source| failed(address, source))
     }

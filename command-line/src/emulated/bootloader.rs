@@ -15,6 +15,7 @@ use virtual_board::board::ChipKind;
 use virtual_board::flash::{BASE, SIZE};
 use virtual_board::run::{Firmware, Flow, Script, View};
 
+use super::programs::Program;
 use crate::bounded::{self, MOST_BUILD};
 use crate::error::Error;
 
@@ -135,16 +136,39 @@ impl Bootloader {
 /// Applies the faults at run time, ends a run, and writes the flash into its file.
 pub struct Keeper {
     /// Faults of the board.
-    pub faults: Receiver<Change>,
+    faults: Receiver<Change>,
     /// Set when the run is to end.
-    pub stop: Arc<AtomicBool>,
+    stop: Arc<AtomicBool>,
     /// The file, if the flash is kept.
-    pub file: Option<PathBuf>,
+    file: Option<PathBuf>,
     /// Why the file was not written.
-    pub error: Option<io::Error>,
+    error: Option<io::Error>,
 }
 
 impl Keeper {
+    /// For the board with this number, which has this program.
+    pub fn new(
+        (program, number): (&Program, u8),
+        faults: Receiver<Change>,
+        stop: &Arc<AtomicBool>,
+    ) -> Self {
+        let boot = program.boot.as_ref();
+        Self {
+            faults,
+            stop: Arc::clone(stop),
+            file: boot.and_then(|boot| boot.file(number)),
+            error: None,
+        }
+    }
+
+    /// After the run.
+    ///
+    /// # Errors
+    /// Why the file was not written.
+    pub fn into_result(self) -> Result<(), String> {
+        self.error.map_or(Ok(()), |error| Err(error.to_string()))
+    }
+
     fn keep(&mut self, view: &mut View<'_>) -> Flow {
         for change in self.faults.try_iter() {
             change.apply_to(&mut view.plant.defects);

@@ -22,7 +22,7 @@ const RECEIVE_BUFFER: usize = 256;
 const SEND_BUFFER: usize = 1 << 16;
 
 /// Time at which all boards have started, ns.
-const STARTED_NS: u64 = 50_000_000;
+pub(super) const STARTED_NS: u64 = 50_000_000;
 
 /// Runs the communication board until `stop` is set.
 ///

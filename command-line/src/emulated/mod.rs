@@ -1,5 +1,5 @@
 //! Emulated actuator boards, native actuators and the emulated communication board on one CAN bus,
-//! in real time.
+//! in real time; or emulated actuator boards on a servo bus (`servos`).
 //!
 //! Each board runs its ELF in its own thread; the bus connects them. Clients use the serial
 //! line of the communication board, which has one client at a time.
@@ -8,12 +8,14 @@ mod bootloader;
 mod line;
 mod native;
 mod programs;
+mod servo_line;
+mod servos;
 mod transport;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{self, Receiver};
-use std::thread;
+use std::thread::{self, ScopedJoinHandle};
 
 use firmware::drive::StoredParameters;
 use firmware::store::first_page;
@@ -22,7 +24,9 @@ use model_core::plant::board::BoardPlantOptions;
 use virtual_board::board::ChipKind;
 use virtual_board::can::Port;
 use virtual_board::flash::{FlashTimes, Sector};
-use virtual_board::run::{Attachments, BusConnection, Gaps, Options, Reset, SharedBus, run_with};
+use virtual_board::run::{
+    Attachments, BusConnection, Firmware, Gaps, Options, Reset, Script, SharedBus, run_with,
+};
 
 use self::bootloader::Keeper;
 use self::line::SerialLine;
@@ -30,7 +34,8 @@ use self::native::NativeActuators;
 use self::programs::Program;
 
 pub use bootloader::BootOptions;
-pub use programs::{Programs, firmware};
+pub use programs::{Interface, Programs, comm_board, firmware};
+pub use servos::{on_boards, serve_servos};
 pub use transport::{TcpServer, Terminal, Transport};
 
 /// Address of the unique device identifier, the source of the serial number (RM0090, section 39.1;
@@ -55,7 +60,7 @@ const BIT_S: u32 = 1_000_000;
 /// # Errors
 /// Those of the emulator.
 pub fn serve(
-    programs: &Programs,
+    (programs, comm): (&Programs, &Firmware),
     plants: &[BoardPlantOptions],
     faults: Option<Receiver<Fault>>,
     transport: Box<dyn Transport>,
@@ -64,7 +69,7 @@ pub fn serve(
 ) -> Result<(), String> {
     let mut emulated = Vec::new();
     let mut native = Vec::new();
-    let faults = distributed(faults, plants.len());
+    let faults = distributed(faults.into_iter().flatten(), plants.len());
     for ((number, plant), faults) in (1..).zip(plants).zip(faults) {
         match programs.of(number) {
             Some(program) => emulated.push((number, program, plant, faults)),
@@ -73,7 +78,8 @@ pub fn serve(
     }
     let ports = vec![Port::at_rate(BIT_S); native.len()];
     let bus = SharedBus::new(ports, emulated.len() + 1).in_real_time();
-    let native = NativeActuators::new(bus.clone(), native, programs.has_dronecan)?;
+    let has_dronecan = programs.interface == Interface::DroneCan;
+    let native = NativeActuators::new(bus.clone(), native, has_dronecan)?;
     let mut connections = bus.connections().into_iter();
     thread::scope(|scope| {
         let mut boards = Vec::new();
@@ -82,39 +88,46 @@ pub fn serve(
                 let _stop_on_end = StopOnDrop(stop);
                 let (number, program, plant, faults) = board;
                 let options = options(programs, program, number, plant)?;
-                run_actuator((program, number), options, faults, connection, stop)
+                let script = Keeper::new((program, number), faults, stop);
+                run_board((program, number), options, script, connection, stop)?.into_result()
             };
             boards.push(scope.spawn(run));
         }
         let connection = connections.next();
         let stop_on_end = StopOnDrop(stop);
         let line = SerialLine::new(transport, native, ready);
-        let mut done = connection.map_or(Ok(()), |connection| {
-            line::run(&programs.comm, connection, line, stop)
-        });
+        let done = connection.map_or(Ok(()), |connection| line::run(comm, connection, line, stop));
         drop(stop_on_end);
-        for board in boards {
-            let ended = board
-                .join()
-                .unwrap_or_else(|_| Err("a board's run has failed".into()));
-            done = done.and(ended);
-        }
-        done
+        done.and(joined(boards))
     })
 }
 
+/// Waits for the ends of runs.
+///
+/// # Errors
+/// The first one.
+fn joined(boards: Vec<ScopedJoinHandle<'_, Result<(), String>>>) -> Result<(), String> {
+    let ended = boards.into_iter().map(|board| {
+        let ended = board.join();
+        ended.unwrap_or_else(|_| Err("a board's run has failed".into()))
+    });
+    // All of them end before the first error is returned.
+    ended.fold(Ok(()), Result::and)
+}
+
 /// The faults of each of so many actuators, as they come.
-fn distributed(faults: Option<Receiver<Fault>>, count: usize) -> Vec<Receiver<Change>> {
+fn distributed(
+    faults: impl Iterator<Item = Fault> + Send + 'static,
+    count: usize,
+) -> Vec<Receiver<Change>> {
     let (senders, receivers): (Vec<_>, Vec<_>) = (0..count).map(|_| mpsc::channel()).unzip();
-    if let Some(faults) = faults {
-        thread::spawn(move || {
-            for fault in faults {
-                let sender = senders.get(fault.node - 1);
-                // A board that has ended has none.
-                sender.map(|sender| sender.send(fault.change));
-            }
-        });
-    }
+    thread::spawn(move || {
+        for fault in faults {
+            let sender = senders.get(fault.node - 1);
+            // A board that has ended has none.
+            sender.map(|sender| sender.send(fault.change));
+        }
+    });
     receivers
 }
 
@@ -133,7 +146,7 @@ fn options(
     number: u8,
     plant: &BoardPlantOptions,
 ) -> Result<Options, String> {
-    let contents = identity(program.chip, number, programs.has_dronecan);
+    let contents = identity(program.chip, number, programs.interface);
     let boot = program.boot.as_ref();
     Ok(Options {
         chip: program.chip,
@@ -152,13 +165,17 @@ fn options(
     })
 }
 
-fn run_actuator(
+/// Runs a board with this script until its end, and returns the script.
+///
+/// # Errors
+/// Those of the emulator.
+fn run_board<S: Script + 'static>(
     (program, number): (&Program, u8),
     options: Options,
-    faults: Receiver<Change>,
+    script: S,
     connection: BusConnection,
     stop: &Arc<AtomicBool>,
-) -> Result<(), String> {
+) -> Result<S, String> {
     let boot = program.boot.as_ref();
     let file = boot.and_then(|boot| boot.file(number));
     let attachments = Attachments {
@@ -166,12 +183,6 @@ fn run_actuator(
         interrupt: file.is_none().then(|| Arc::clone(stop)),
         bus: Some(connection),
         ..Attachments::default()
-    };
-    let script = Keeper {
-        faults,
-        stop: Arc::clone(stop),
-        file,
-        error: None,
     };
     let program = boot.map_or(&program.firmware, |boot| &boot.firmware);
     let finished =
@@ -181,20 +192,19 @@ fn run_actuator(
         &finished.resets,
         &finished.gaps,
     );
-    match finished.script.error {
-        Some(error) => Err(error.to_string()),
-        None => Ok(()),
-    }
+    Ok(finished.script)
 }
 
 /// Memory contents that set the number of a board: stored parameters, in the first sector of bank 2
 /// of either chip, and device identifier.
-fn identity(chip: ChipKind, number: u8, has_dronecan: bool) -> Vec<(u64, Vec<u8>)> {
+fn identity(chip: ChipKind, number: u8, interface: Interface) -> Vec<(u64, Vec<u8>)> {
     let mut parameters = StoredParameters::DEFAULT;
     parameters.board.bus.node_id = number.into();
-    if has_dronecan {
-        parameters = parameters.with_dronecan(number);
-    }
+    let parameters = match interface {
+        Interface::CanOpen => parameters,
+        Interface::DroneCan => parameters.with_dronecan(number),
+        Interface::ServoBus(model) => parameters.with_servo_bus(model, number),
+    };
     let bytes = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
     let page = Sector::of_number(12).map(|sector| (sector.base, bytes(&first_page(&parameters))));
     let id = (unique_id(chip), bytes(&[number.into(), 0, 0]));

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use ::firmware::drive::ServoModel;
 use virtual_board::board::ChipKind;
 use virtual_board::faults::Planned;
 use virtual_board::run::{Firmware, FirmwareError};
@@ -35,31 +36,38 @@ impl Program {
     }
 }
 
+/// The protocol that the parameters of the actuator boards select.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Interface {
+    /// CANopen, with node-IDs from 1.
+    CanOpen,
+    /// DroneCAN.
+    DroneCan,
+    /// The servo bus, as this servo, with IDs from 1.
+    ServoBus(ServoModel),
+}
+
 /// The programs of the boards.
 pub struct Programs {
     /// Those of the first actuators and of all further ones; none for a native actuator.
     actuators: Vec<Option<Program>>,
     faults: Vec<Planned>,
-    /// The program of the communication board.
-    pub comm: Firmware,
-    /// Whether the actuators have DroneCAN in place of CANopen.
-    pub has_dronecan: bool,
+    /// What the actuators are commanded by.
+    pub interface: Interface,
 }
 
 impl Programs {
-    /// Reads the ELF files: those of the first actuators, of which the last one is that of all
-    /// further actuators too, and the communication board's. The faults are those of the first
-    /// emulated actuator board.
+    /// Reads the ELF files of the first actuators, of which the last one is that of all further
+    /// actuators too. The faults are those of the first emulated actuator board.
     ///
     /// # Errors
-    /// For a file that is not the program of its board, and for a bootloader or faults without an
-    /// emulated actuator board.
+    /// For a file that is not the program of its board, for a bootloader or faults without an
+    /// emulated actuator board, and for a native actuator on a servo bus.
     pub fn read(
         actuators: &[PathBuf],
-        comm: &Path,
         boot: &BootOptions<'_>,
         faults: Vec<Planned>,
-        has_dronecan: bool,
+        interface: Interface,
     ) -> Result<Self, Error> {
         let read = |path: &PathBuf| {
             let is_emulated = path != Path::new(NATIVE);
@@ -73,13 +81,16 @@ impl Programs {
                     .into(),
             ));
         }
-        let comm = firmware(comm)?;
-        comm.check_comm_board().map_err(failed)?;
+        let is_servo_bus = matches!(interface, Interface::ServoBus(_));
+        if is_servo_bus && actuators.iter().any(Option::is_none) {
+            return Err(Error::Conflict(
+                "--elf native: on a servo bus all actuators have emulated boards".into(),
+            ));
+        }
         Ok(Self {
             actuators,
             faults,
-            comm,
-            has_dronecan,
+            interface,
         })
     }
 
@@ -108,6 +119,16 @@ impl Programs {
             _ => Vec::new(),
         }
     }
+}
+
+/// Reads the program of the communication board.
+///
+/// # Errors
+/// For a file that is not this program.
+pub fn comm_board(path: &Path) -> Result<Firmware, Error> {
+    let comm = firmware(path)?;
+    comm.check_comm_board().map_err(failed)?;
+    Ok(comm)
 }
 
 /// Reads the ELF file of a board's program.

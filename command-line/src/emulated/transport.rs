@@ -52,14 +52,17 @@ impl Transport for Terminal {
 pub struct TcpServer {
     listener: TcpListener,
     client: Option<TcpStream>,
+    /// What has one client at a time.
+    what: &'static str,
 }
 
 impl TcpServer {
-    /// A server with a non-blocking listener.
-    pub fn new(listener: TcpListener) -> Self {
+    /// A server of this serial line, with a non-blocking listener.
+    pub fn new(listener: TcpListener, what: &'static str) -> Self {
         Self {
             listener,
             client: None,
+            what,
         }
     }
 
@@ -68,7 +71,7 @@ impl TcpServer {
             return;
         };
         if self.client.is_some() {
-            note!("{address} is refused: the serial line of the communication board has a client");
+            note!("{address} is refused: {} has a client", self.what);
             // The refused client may have disconnected already.
             let _ = stream.shutdown(Shutdown::Both);
             return;

@@ -97,7 +97,32 @@ fn options_that_cannot_be_are_refused() {
             "--supply-ohm is -1, expected 0 to 100 ohm",
         ),
         ("--supply-ohm 1", 2, "--protocol <PROTOCOL>"),
-        ("--protocol sts3215 --seed 1", 2, "--seed concern actuators"),
+        (
+            "--protocol sts3215 --seed 1",
+            2,
+            "--seed concerns actuators",
+        ),
+        (
+            "--protocol xm430-w350 --elf a.elf",
+            2,
+            "an actuator board (--elf) is sts3215 or xl330-m288",
+        ),
+        (
+            "--protocol sts3215 --elf a.elf --nodes 7",
+            2,
+            "--nodes is 7, expected 1 to 6 emulated boards",
+        ),
+        (
+            "--protocol sts3215 --elf a.elf --supply-ohm 1",
+            2,
+            "--supply-ohm concerns simulated servos",
+        ),
+        (
+            "--protocol sts3215 --elf a.elf --comm-elf b.elf",
+            2,
+            "--comm-elf belongs to a CAN bus",
+        ),
+        ("--elf a.elf", 2, "--elf needs --comm-elf"),
         #[cfg(unix)]
         (
             "--protocol sts3215 --pty --link file",

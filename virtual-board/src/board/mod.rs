@@ -1,4 +1,4 @@
-//! The actuator board, with its encoder, and the communication board.
+//! The actuator board, with its encoder and its servo bus, and the communication board.
 
 mod comm;
 pub(crate) mod core;
@@ -21,10 +21,11 @@ pub use self::encoder_chip::EncoderChip;
 pub(crate) use self::sleep::Sleep;
 pub use self::spare_cores::CoreKind;
 use crate::can::Wire;
-use crate::chip::{ActuatorChip, Chip, ChipH743};
+use crate::chip::{ActuatorChip, Chip, ChipH743, USART1};
 use crate::flash::FlashTimes;
 use crate::plant::SsiWord;
 use crate::processor::SharedObserver;
+use crate::serial::SerialPeer;
 
 /// Clock of the core of the STM32F427, Hz.
 pub const CORE_HZ: u64 = 168_000_000;
@@ -73,7 +74,7 @@ impl ActuatorBoard {
         seed: u64,
     ) -> Result<Self, Error> {
         let chip: Box<dyn ActuatorChip> = match kind {
-            ChipKind::F427 => Box::new(with_encoder(Chip::try_new(wire, times, seed)?)),
+            ChipKind::F427 => Box::new(with_peers(Chip::try_new(wire, times, seed)?)),
             ChipKind::H743 => Box::new(ChipH743::try_new(wire)?),
         };
         Ok(Self {
@@ -98,8 +99,8 @@ impl ActuatorBoard {
     }
 }
 
-/// Connects the encoder to SPI1.
-fn with_encoder(mut chip: Chip) -> Chip {
+/// Connects the encoder to SPI1, and the servo bus to USART1.
+fn with_peers(mut chip: Chip) -> Chip {
     if let Some(pin) = Pin::new(SELECT_PIN) {
         let select = Select {
             port: "GPIOA",
@@ -108,6 +109,7 @@ fn with_encoder(mut chip: Chip) -> Chip {
         };
         chip.part.spi[0].attach_selected(EncoderChip::default(), select);
     }
+    chip.part.usart[USART1].attach(SerialPeer::default());
     chip
 }
 

@@ -16,6 +16,7 @@ use crate::can::{Station, Transfer, Wire};
 use crate::faults::FilterBit;
 use crate::flash::Interface;
 use crate::plant::{Bridge, Sensed};
+use crate::serial::SerialPeer;
 
 /// The chip of an actuator board: its pins, its CAN controller, its memory.
 pub trait ActuatorChip: Mcu + Send + Debug {
@@ -33,6 +34,9 @@ pub trait ActuatorChip: Mcu + Send + Debug {
 
     /// The encoder at its SPI.
     fn encoder(&mut self) -> Option<&mut EncoderChip>;
+
+    /// The other end of the servo bus, at USART1; none on a board without one.
+    fn servo_bus(&mut self) -> Option<&mut SerialPeer>;
 
     /// The state of the bridge, as TIM1 drives its pins.
     fn bridge(&mut self) -> Bridge;

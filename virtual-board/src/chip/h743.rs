@@ -32,12 +32,16 @@ use crate::can::{FdCan, MESSAGE_RAM_BYTES, MessageRam, Station, Transfer, Wire};
 use crate::faults::FilterBit;
 use crate::flash::Interface;
 use crate::plant::{Bridge, Sensed};
+use crate::serial::SerialPeer;
 
 /// Clock of the core, Hz.
 const CORE_HZ: u64 = 336_000_000;
 
 /// Supply of the chip, mV.
 const RAIL_MV: u32 = 3300;
+
+/// Index of USART1 among the serial ports.
+const USART1: usize = 0;
 
 /// Index of TIM4 among the general-purpose timers.
 const TIM4: usize = 2;
@@ -107,6 +111,7 @@ impl ChipH743 {
             };
             part.spi[0].attach_selected(EncoderChip::default(), select);
         }
+        part.usart[USART1].attach(SerialPeer::default());
         let mut replaced = controller_bus()?;
         let can_slot = part.bus().slot(CONTROLLER.0)?;
         std::mem::swap(part.bus_mut().slot_mut(can_slot), replaced.slot_mut(0));
@@ -181,6 +186,10 @@ impl ActuatorChip for ChipH743 {
 
     fn encoder(&mut self) -> Option<&mut EncoderChip> {
         self.part.spi[0].chip_mut(0)
+    }
+
+    fn servo_bus(&mut self) -> Option<&mut SerialPeer> {
+        self.part.usart[USART1].chip_mut()
     }
 
     fn bridge(&mut self) -> Bridge {

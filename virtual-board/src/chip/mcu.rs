@@ -3,12 +3,13 @@
 
 use std::num::NonZeroU32;
 
-use rigless::device::{Device, ErasedDevice, Level, ResetCause};
+use rigless::device::{Device, ErasedDevice, Level, RegisterFile, ResetCause};
 use rigless::emulator::CoreSpec;
 use rigless::mcu::{Mcu, Operate};
 use rigless::soc::stm32f427::Stm32f427;
 use rigless::soc::stm32f427::generated::tim1::Register as R;
-use rigless::soc::stm32f427::generated::{dbg, pwr, rcc, rtc};
+use rigless::soc::stm32f427::generated::{dbg, pwr, rcc, rtc, usart6};
+use rigless::soc::stm32f427::peripherals::usart::Usart;
 use rigless::soc::{Bus, Error, Layout, Width, stm32f427};
 use rigless::time::VirtualNanos;
 
@@ -21,11 +22,13 @@ use crate::can::{BxCan, Station, Transfer, Wire};
 use crate::faults::FilterBit;
 use crate::flash::{FlashTimes, Interface};
 use crate::plant::{Bridge, Sensed};
+use crate::serial::SerialPeer;
 
 /// Supply of the chip, mV.
 const RAIL_MV: u32 = 3300;
 
-/// Index of USART3 among the serial ports.
+/// Indices of USART1 and USART3 among the serial ports.
+pub(crate) const USART1: usize = 0;
 pub(crate) const USART3: usize = 2;
 
 /// The chip.
@@ -176,6 +179,19 @@ impl Chip {
     }
 }
 
+/// Discards what the peer sends to a receiver that is off, as while the program transmits on the one
+/// wire of the servo bus. rigless keeps it until the receiver is on; its model of the STM32H743
+/// discards it.
+fn lose_unheard(usart: &mut Usart, registers: &RegisterFile, now: VirtualNanos) {
+    let control = registers.get(usart6::Register::Cr1);
+    if usart6::cr1::UE.is_set(control) && usart6::cr1::RE.is_set(control) {
+        return;
+    }
+    if let Some(peer) = usart.chip_mut::<SerialPeer>() {
+        peer.lose_due(now);
+    }
+}
+
 impl ActuatorChip for Chip {
     fn name(&self) -> &'static str {
         "stm32f427"
@@ -195,6 +211,10 @@ impl ActuatorChip for Chip {
 
     fn encoder(&mut self) -> Option<&mut EncoderChip> {
         self.part.spi[0].chip_mut(0)
+    }
+
+    fn servo_bus(&mut self) -> Option<&mut SerialPeer> {
+        self.part.usart[USART1].chip_mut()
     }
 
     fn bridge(&mut self) -> Bridge {
@@ -314,11 +334,20 @@ impl Mcu for Chip {
     fn poll(&mut self, now: VirtualNanos) {
         let (registers, mut context) = self.part.bus_mut().drive(now, self.can_slot);
         Device::poll(&mut self.can, registers, &mut context);
-        // Of the serial ports, the one at which a board has a peer.
-        self.part
-            .drive_serial_port(now, USART3, |usart, registers, context| {
-                Device::poll(usart, registers, context);
-            });
+        // Of the serial ports, those at which a board has a peer.
+        if self.part.usart[USART3].attached() {
+            self.part
+                .drive_serial_port(now, USART3, |usart, registers, context| {
+                    Device::poll(usart, registers, context);
+                });
+        }
+        if self.part.usart[USART1].attached() {
+            self.part
+                .drive_serial_port(now, USART1, |usart, registers, context| {
+                    lose_unheard(usart, registers, context.now());
+                    Device::poll(usart, registers, context);
+                });
+        }
     }
 
     fn split(&mut self, slot: usize) -> (&mut Bus, Option<&mut dyn ErasedDevice>) {

@@ -12,5 +12,5 @@ pub use actuator::ActuatorChip;
 pub use crc_unit::Remainder;
 pub use h743::ChipH743;
 pub use mcu::Chip;
-pub(crate) use mcu::USART3;
+pub(crate) use mcu::{USART1, USART3};
 pub use outputs::PwmTimer;

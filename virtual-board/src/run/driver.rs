@@ -48,6 +48,8 @@ pub(super) struct Lockstep<S> {
     plant_ns: u64,
     until_ns: u64,
     next_poll_ns: u64,
+    /// The script is polled at every stop.
+    polls_at_stops: bool,
     is_watching: bool,
     is_core_stalled: bool,
     is_powered: bool,
@@ -84,6 +86,7 @@ impl<S: Script> Lockstep<S> {
             plant_ns: 0,
             until_ns: options.until_ns,
             next_poll_ns: 1,
+            polls_at_stops: options.polls_at_stops,
             is_watching: false,
             is_core_stalled: false,
             is_powered: true,
@@ -139,15 +142,17 @@ impl<S: Script> Lockstep<S> {
         }
         self.align_with_timer(session.board_mut(), stop.at);
         let mut flow = Flow::Continue;
-        if self.next_poll_ns != u64::MAX {
-            if !self.grid.is_locked {
-                self.update_supply(session.board_mut(), stop.at, host);
-            }
+        if self.next_poll_ns != u64::MAX && !self.grid.is_locked {
+            self.update_supply(session.board_mut(), stop.at, host);
+        }
+        if self.next_poll_ns != u64::MAX || self.polls_at_stops {
             flow = self.run_script(session.board_mut(), stop, host, S::at_poll);
         }
         while self.grid.is_locked && self.grid.next().0 <= stop.at.0 {
             let (_, slot) = self.grid.next();
-            flow = self.pass(slot, session.board_mut(), stop, host);
+            if self.pass(slot, session.board_mut(), stop, host) == Flow::End {
+                flow = Flow::End;
+            }
             let timer = session.board_mut().chip.pwm_timer(stop.at);
             self.grid.pass(timer.current_instant());
         }
@@ -383,6 +388,7 @@ impl<S: Script> Driver<ActuatorBoard> for Lockstep<S> {
         let own_next_ns = self.own_next_ns();
         if let Some(bus) = &mut self.bus {
             let sleep = session.board().sleep.clone();
+            let has_acted = has_acted || self.polls_at_stops;
             let has_acted = has_acted || self.faults.next_instruction().is_some();
             let quiet_until_ns = sleep.quiet_until_ns(session.mcu(), has_acted, own_next_ns);
             bus.synchronise(session.board_mut().chip.as_mut(), stop.at, quiet_until_ns);

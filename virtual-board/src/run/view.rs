@@ -10,6 +10,7 @@ use crate::can::Port;
 use crate::faults::{Injector, Planned};
 use crate::flash::Interface;
 use crate::plant::BoardPlant;
+use crate::serial::SerialPeer;
 use crate::trace::Row;
 
 /// Whether a run continues.
@@ -27,7 +28,8 @@ pub trait Script: Send {
     /// the firmware has not run yet.
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow;
 
-    /// Called every 0.1 ms while the timer of the bridge does not run, as in a bootloader.
+    /// Called every 0.1 ms while the timer of the bridge does not run, as in a bootloader; with
+    /// [`Options::polls_at_stops`](super::Options::polls_at_stops), at every stop of the run.
     fn at_poll(&mut self, _: &mut View<'_>) -> Flow {
         Flow::Continue
     }
@@ -62,6 +64,11 @@ impl View<'_> {
     /// A station on the CAN bus.
     pub fn port(&mut self, index: usize) -> Option<&mut Port> {
         self.board.chip.wire()?.ports.get_mut(index)
+    }
+
+    /// The other end of the servo bus.
+    pub fn servo_bus(&mut self) -> Option<&mut SerialPeer> {
+        self.board.chip.servo_bus()
     }
 
     /// The flash of an STM32F427.

@@ -1,7 +1,9 @@
-//! The peer of the communication board's serial line, byte by byte in virtual time.
+//! The peer of a board's serial line, byte by byte in virtual time: that of the communication
+//! board, and the servo bus of an actuator board.
 //!
 //! `rigless` models the USART: the time of each byte from baud rate register and clock, parity,
-//! stop bits, overrun, interrupts. The peer always has the baud rate of the board.
+//! stop bits, overrun, interrupts. The peer always has the baud rate of the board. It is full
+//! duplex: a board does not receive what it transmits.
 
 use std::collections::VecDeque;
 
@@ -32,6 +34,11 @@ impl SerialPeer {
         self.queue.len()
     }
 
+    /// Discards the bytes that are due: nothing receives them.
+    pub(crate) fn lose_due(&mut self, now: VirtualNanos) {
+        while self.transmit(now).is_some() {}
+    }
+
     /// Bytes received from the board since the last call, each with the end of its stop bit, ns.
     pub fn take_received(&mut self) -> Vec<(u64, u8)> {
         std::mem::take(&mut self.received)
@@ -51,3 +58,6 @@ impl Peer for SerialPeer {
         self.queue.pop_front().map(|(_, byte)| byte.into())
     }
 }
+
+#[cfg(test)]
+mod tests;
