@@ -50,6 +50,8 @@ struct Station<S: Servo> {
     receiver: Receiver<S::Framing>,
     line: Line,
     keeper: Keeper,
+    /// Faults are to be acknowledged once the reaction to them has ended.
+    acknowledges: bool,
 }
 
 impl<S: Servo> Station<S> {
@@ -59,6 +61,7 @@ impl<S: Servo> Station<S> {
             servo,
             receiver: Receiver::default(),
             line: Line::default(),
+            acknowledges: false,
         }
     }
 
@@ -85,6 +88,11 @@ impl<S: Servo> Station<S> {
     fn exchange(&mut self, drive: &mut Drive<'_>, periods: u32, model: Model) {
         let sensed = Sensed::of(drive);
         let demand = self.servo.exchange(&sensed, periods);
+        self.acknowledges |= demand.acknowledges;
+        self.acknowledges &= !sensed.faults.is_empty();
+        if self.acknowledges && drive.acknowledge() {
+            self.acknowledges = false;
+        }
         drive.carry_out(&demand, periods > 0);
         self.keeper.keep(self.servo.memory(), drive, model);
     }

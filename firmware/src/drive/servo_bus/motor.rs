@@ -188,14 +188,19 @@ const OFF: u16 = 0x00;
 const RESET: u16 = 0x80;
 
 impl Drive<'_> {
-    /// Has the drive do this; targets are written in new control periods only, one in each.
-    pub(super) fn carry_out(&mut self, demand: &Demand, is_new_period: bool) {
+    /// Acknowledges the faults, if the reaction to them has ended; returns whether it has.
+    pub(super) fn acknowledge(&mut self) -> bool {
         let is_in_fault = self.outputs.motion.state == Cia402State::Fault;
-        if is_in_fault && demand.acknowledges {
+        if is_in_fault {
             for control in [OFF, RESET] {
                 self.change_command(|command| command.control = control);
             }
         }
+        is_in_fault
+    }
+
+    /// Has the drive do this; targets are written in new control periods only, one in each.
+    pub(super) fn carry_out(&mut self, demand: &Demand, is_new_period: bool) {
         self.limit_torque(demand.most_torque);
         let sign = Polarity::of(&self.values);
         // The servo pulse commands a closed loop, and this must not close it.

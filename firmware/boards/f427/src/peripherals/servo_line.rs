@@ -64,22 +64,37 @@ impl ServoLine {
         self.usart
             .cr3()
             .write(|w| w.hdsel().half_duplex().dmar().enabled().dmat().enabled());
+        self.set_bit_rate(bit_s);
         self.receiver.start();
-        self.receive(bit_s);
+        self.receive();
     }
 
-    /// Receives, at this bit rate.
-    pub fn receive(&mut self, bit_s: u32) {
-        // Rounded; of 84 MHz the error is below 0.1 % up to 4 Mbit/s. SAFETY: mantissa and fraction
-        // side by side, as with 16 samples for each bit.
-        let divider = (APB2_HZ + bit_s / 2) / bit_s.max(1);
-        self.usart
-            .brr()
-            .write(|w| unsafe { w.bits(divider as u16) });
+    /// Sets the bit rate, bit/s.
+    pub fn set_bit_rate(&mut self, bit_s: u32) {
+        // Rounded; of 84 MHz the error is below 0.1 % up to 4 Mbit/s.
+        let divider = ((APB2_HZ + bit_s / 2) / bit_s.max(1)) as u16;
+        if self.usart.brr().read().bits() != divider {
+            // SAFETY: mantissa and fraction side by side, as with 16 samples for each bit.
+            self.usart.brr().write(|w| unsafe { w.bits(divider) });
+        }
+    }
+
+    /// Receives.
+    pub fn receive(&mut self) {
         self.usart.cr1().write(|w| {
             w.ue().enabled().te().enabled().re().enabled();
             w.idleie().enabled()
         });
+    }
+
+    /// Whether bytes are received, without a pause until now.
+    pub fn is_receiving(&self) -> bool {
+        self.end() != self.taken
+    }
+
+    /// The place in the ring behind the bytes that were received.
+    fn end(&self) -> usize {
+        (BYTES - usize::from(self.receiver.left()).min(BYTES)) % BYTES
     }
 
     /// Transmits what `write` puts into a buffer, of which it returns the length.
@@ -110,9 +125,8 @@ impl ServoLine {
         }
         // Behind the read of the status, this clears its flags; the stream has taken the bytes.
         let _ = self.usart.dr().read();
-        let end = BYTES - usize::from(self.receiver.left()).min(BYTES);
-        let mut length = 0;
-        while self.taken != end % BYTES {
+        let (end, mut length) = (self.end(), 0);
+        while self.taken != end {
             let byte = RECEIVED
                 .get(self.taken)
                 .map_or(0, |byte| byte.load(Relaxed));
