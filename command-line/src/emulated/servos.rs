@@ -105,9 +105,9 @@ impl ServoBoard {
         let sent: Vec<u8> = sent.into_iter().map(|(_, byte)| byte).collect();
         // A board that panicked ends all others; the line has no state between two calls.
         let mut line = self.line.lock().unwrap_or_else(PoisonError::into_inner);
-        line.send(self.index, &sent, serial.queued());
+        line.send(now_ns, self.index, &sent, serial.queued());
         if self.index == 0 {
-            line.serve_client();
+            line.serve_client(now_ns);
         }
         let heard = line.take(self.index);
         drop(line);
