@@ -15,7 +15,7 @@ mod feetech;
 mod line;
 mod motor;
 
-use core::task::Poll;
+use core::{mem::MaybeUninit, task::Poll};
 use servo_bus::{Answer, EEPROM, Framing, Memory, Receiver};
 
 use self::{dynamixel::Dynamixel, feetech::Feetech, line::Line, motor::Sensed};
@@ -172,6 +172,16 @@ impl ServoBus {
             model,
             tick: 0,
         })
+    }
+
+    /// As [`ServoBus::new`], in this memory.
+    // Not inlined: its temporaries, as large as the servo, stay out of the caller's stack frame.
+    #[inline(never)]
+    pub fn new_in<'a>(
+        memory: &'a mut MaybeUninit<Self>,
+        stored: &StoredParameters,
+    ) -> Option<&'a mut Self> {
+        Self::new(stored).map(|servo| memory.write(servo))
     }
 
     /// The bit rate of the line, bit/s. It may change behind each answer.

@@ -211,8 +211,7 @@ macro_rules! actuator_program {
                 let [published, read] = cx.local.outputs;
                 let telemetry = Telemetry::new(published.write(outputs));
                 let reader = Reader::new(read.write(outputs));
-                let servo_bus = ServoBus::new(&loaded.parameters);
-                let servo_bus = servo_bus.map(|bus| cx.local.servo_bus.write(bus));
+                let servo_bus = ServoBus::new_in(cx.local.servo_bus, &loaded.parameters);
                 if let Some(bus) = &servo_bus {
                     peripherals.servo_line.start(bus.bit_rate());
                 }
