@@ -188,6 +188,7 @@ mod tests {
         for _ in 0..300 {
             line.send(0, 0, &many, 0);
             assert_eq!(line.take(1), many);
+            line.send(0, 1, &[], 0);
         }
         client.write(&[7]);
         line.serve_client(NOW_NS);
