@@ -25,6 +25,8 @@ pub struct ServoLine {
     boards: Vec<Unheard>,
     /// The client may send from then on, ns.
     free_from_ns: u64,
+    /// The client is not on the line yet: it hears and sends nothing.
+    is_rehearsal: bool,
 }
 
 /// What a board has not heard.
@@ -43,6 +45,7 @@ impl ServoLine {
             unread: Vec::new(),
             boards: vec![Unheard::default(); boards],
             free_from_ns: 0,
+            is_rehearsal: false,
         }
     }
 
@@ -55,11 +58,22 @@ impl ServoLine {
                 other.bytes.extend(bytes);
             }
         }
+        if self.is_rehearsal {
+            return;
+        }
         let room = SEND_BUFFER.saturating_sub(self.unread.len());
         self.unread.extend(bytes.iter().take(room));
         if !bytes.is_empty() {
             self.free_from_ns = self.free_from_ns.max(now_ns + TURNAROUND_NS);
             self.transport.write(&mut self.unread);
+        }
+    }
+
+    /// Sends a packet to all boards in place of the client, which takes its place with `None`.
+    pub fn rehearse(&mut self, packet: Option<&[u8]>) {
+        self.is_rehearsal = packet.is_some();
+        for board in &mut self.boards {
+            board.bytes.extend(packet.unwrap_or_default());
         }
     }
 
@@ -78,7 +92,7 @@ impl ServoLine {
         if !self.unread.is_empty() {
             self.transport.write(&mut self.unread);
         }
-        if now_ns < self.free_from_ns {
+        if self.is_rehearsal || now_ns < self.free_from_ns {
             return;
         }
         let waiting = self.boards.iter().map(Unheard::count).max();
@@ -168,6 +182,21 @@ mod tests {
         assert_eq!(client.with(|ends| ends.read.clone()), [3, 4]);
         line.serve_client(NOW_NS);
         assert!(line.take(0).is_empty() && line.take(1).is_empty());
+    }
+
+    #[test]
+    fn the_client_is_not_there_in_a_rehearsal() {
+        let (client, mut line) = line();
+        client.with(|ends| ends.reads = 100);
+        client.write(&[1]);
+        line.rehearse(Some(&[2]));
+        line.send(0, 0, &[3], 0);
+        line.serve_client(NOW_NS);
+        assert_eq!([line.take(0), line.take(1)], [vec![2], vec![2, 3]]);
+        line.rehearse(None);
+        line.serve_client(NOW_NS);
+        assert_eq!(line.take(0), [1]);
+        assert!(client.with(|ends| ends.read.is_empty()));
     }
 
     #[test]
