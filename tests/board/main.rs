@@ -28,6 +28,7 @@ mod safe_motion;
 mod same_trace;
 mod second_chip;
 mod service_password;
+mod servo_bus;
 mod stops;
 mod supply_range;
 mod tracking;
