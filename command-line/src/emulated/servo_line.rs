@@ -13,12 +13,20 @@ const RECEIVE_BUFFER: usize = 256;
 /// Bytes that wait for a client; further ones are lost.
 const SEND_BUFFER: usize = 1 << 16;
 
+/// Time between the bytes of a board and those of the client, ns: less than an adapter and the
+/// operating system need. The client itself takes real time, in which the emulation may stand still.
+const TURNAROUND_NS: u64 = 100_000;
+
 /// The wire.
 pub struct ServoLine {
     transport: Box<dyn Transport>,
     /// What the client has not read.
     unread: Vec<u8>,
     boards: Vec<Unheard>,
+    /// The client may send from then on, ns.
+    free_from_ns: u64,
+    /// The client is not on the line yet: it hears and sends nothing.
+    is_rehearsal: bool,
 }
 
 /// What a board has not heard.
@@ -36,11 +44,13 @@ impl ServoLine {
             transport,
             unread: Vec::new(),
             boards: vec![Unheard::default(); boards],
+            free_from_ns: 0,
+            is_rehearsal: false,
         }
     }
 
     /// What this board has sent, and the number of bytes that its serial port has still to receive.
-    pub fn send(&mut self, board: usize, bytes: &[u8], queued: usize) {
+    pub fn send(&mut self, now_ns: u64, board: usize, bytes: &[u8], queued: usize) {
         for (index, other) in self.boards.iter_mut().enumerate() {
             if index == board {
                 other.queued = queued;
@@ -48,10 +58,22 @@ impl ServoLine {
                 other.bytes.extend(bytes);
             }
         }
+        if self.is_rehearsal {
+            return;
+        }
         let room = SEND_BUFFER.saturating_sub(self.unread.len());
         self.unread.extend(bytes.iter().take(room));
         if !bytes.is_empty() {
+            self.free_from_ns = self.free_from_ns.max(now_ns + TURNAROUND_NS);
             self.transport.write(&mut self.unread);
+        }
+    }
+
+    /// Sends a packet to all boards in place of the client, which takes its place with `None`.
+    pub fn rehearse(&mut self, packet: Option<&[u8]>) {
+        self.is_rehearsal = packet.is_some();
+        for board in &mut self.boards {
+            board.bytes.extend(packet.unwrap_or_default());
         }
     }
 
@@ -64,11 +86,14 @@ impl ServoLine {
         std::mem::take(&mut unheard.bytes)
     }
 
-    /// Takes what the client has sent, unless a board still has to hear what came before, and gives
-    /// it what it has not read.
-    pub fn serve_client(&mut self) {
+    /// Takes what the client has sent, unless a board has just sent, or has still to hear what came
+    /// before; gives the client what it has not read.
+    pub fn serve_client(&mut self, now_ns: u64) {
         if !self.unread.is_empty() {
             self.transport.write(&mut self.unread);
+        }
+        if self.is_rehearsal || now_ns < self.free_from_ns {
+            return;
         }
         let waiting = self.boards.iter().map(Unheard::count).max();
         if waiting.is_some_and(|count| count < RECEIVE_BUFFER) {
@@ -93,6 +118,9 @@ mod tests {
     use std::sync::{Arc, Mutex};
 
     use super::*;
+
+    /// Behind all turnarounds.
+    const NOW_NS: u64 = TURNAROUND_NS;
 
     /// A client that has written bytes, and reads so many.
     #[derive(Clone, Default)]
@@ -146,14 +174,40 @@ mod tests {
         let (client, mut line) = line();
         client.with(|ends| ends.reads = 100);
         client.write(&[1, 2]);
-        line.serve_client();
+        line.serve_client(NOW_NS);
         assert_eq!([line.take(0), line.take(1)], [[1, 2], [1, 2]]);
-        line.send(0, &[3], 0);
-        line.send(1, &[4], 0);
+        line.send(0, 0, &[3], 0);
+        line.send(0, 1, &[4], 0);
         assert_eq!([line.take(0), line.take(1)], [[4], [3]]);
         assert_eq!(client.with(|ends| ends.read.clone()), [3, 4]);
-        line.serve_client();
+        line.serve_client(NOW_NS);
         assert!(line.take(0).is_empty() && line.take(1).is_empty());
+    }
+
+    #[test]
+    fn the_client_is_not_there_in_a_rehearsal() {
+        let (client, mut line) = line();
+        client.with(|ends| ends.reads = 100);
+        client.write(&[1]);
+        line.rehearse(Some(&[2]));
+        line.send(0, 0, &[3], 0);
+        line.serve_client(NOW_NS);
+        assert_eq!([line.take(0), line.take(1)], [vec![2], vec![2, 3]]);
+        line.rehearse(None);
+        line.serve_client(NOW_NS);
+        assert_eq!(line.take(0), [1]);
+        assert!(client.with(|ends| ends.read.is_empty()));
+    }
+
+    #[test]
+    fn the_client_sends_after_a_turnaround() {
+        let (client, mut line) = line();
+        line.send(5_000, 1, &[3], 0);
+        client.write(&[1]);
+        line.serve_client(4_999 + TURNAROUND_NS);
+        assert_eq!(line.take(0), [3]);
+        line.serve_client(5_000 + TURNAROUND_NS);
+        assert_eq!(line.take(0), [1]);
     }
 
     #[test]
@@ -161,14 +215,15 @@ mod tests {
         let (client, mut line) = line();
         let many: Vec<u8> = (0..=u8::MAX).collect();
         for _ in 0..300 {
-            line.send(0, &many, 0);
+            line.send(0, 0, &many, 0);
             assert_eq!(line.take(1), many);
+            line.send(0, 1, &[], 0);
         }
         client.write(&[7]);
-        line.serve_client();
+        line.serve_client(NOW_NS);
         assert_eq!(line.take(0), [7]);
         client.with(|ends| ends.reads = usize::MAX);
-        line.serve_client();
+        line.serve_client(NOW_NS);
         assert_eq!(client.with(|ends| ends.read.len()), SEND_BUFFER);
     }
 
@@ -177,16 +232,16 @@ mod tests {
         let (client, mut line) = line();
         client.write(&[5; 1000]);
         let left = |line: &mut ServoLine| {
-            line.serve_client();
+            line.serve_client(NOW_NS);
             client.with(|ends| ends.written.len())
         };
         assert_eq!(left(&mut line), 1000 - RECEIVE_BUFFER);
         let [one, other] = [line.take(0).len(), line.take(1).len()];
         assert_eq!([one, other], [RECEIVE_BUFFER; 2]);
         // The ports have not received them, or only one has.
-        line.send(0, &[], 0);
+        line.send(0, 0, &[], 0);
         assert_eq!(left(&mut line), 1000 - RECEIVE_BUFFER);
-        line.send(1, &[], 1);
+        line.send(0, 1, &[], 1);
         assert_eq!(left(&mut line), 1000 - 2 * RECEIVE_BUFFER);
     }
 }

@@ -9,6 +9,7 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use super::Cli;
+use super::served::Served;
 
 /// A PWM period: values by the names of their columns; `None` for an empty cell.
 type Row = HashMap<String, Option<f64>>;
@@ -370,4 +371,32 @@ fn the_serial_line_of_the_chain_has_one_client_at_a_time() {
         1,
         "{log}"
     );
+}
+
+#[test]
+fn boards_of_both_chips_are_servos_on_one_line() {
+    let programs = [cross_build::board_elf(), cross_build::board_h743_elf()];
+    let programs = programs.map(|program| program.display().to_string());
+    let [one, other] = &programs;
+    let options = ["--protocol", "sts3215", "--elf", one, "--elf", other];
+    let served = Served::new(&options);
+    let mut line = TcpStream::connect(&served.bus).expect("it listens");
+    // The emulator translates the program when it is first executed.
+    let timeout = Some(Duration::from_secs(20));
+    line.set_read_timeout(timeout).expect("a socket");
+    let mut exchange = |bytes: &[u8], answer: usize| {
+        line.write_all(bytes).expect("it is there");
+        let mut answered = vec![0; answer];
+        line.read_exact(&mut answered).expect("an answer");
+        answered
+    };
+    // The manual's ping, and one of the second servo.
+    let ping = [0xFF, 0xFF, 1, 2, 1, 0xFB];
+    assert_eq!(exchange(&ping, 6), [0xFF, 0xFF, 1, 2, 0, 0xFC]);
+    let ping = [0xFF, 0xFF, 2, 2, 1, 0xFA];
+    assert_eq!(exchange(&ping, 6), [0xFF, 0xFF, 2, 2, 0, 0xFB]);
+    // A sync read of the IDs: the first one answers behind the second, which it hears.
+    let read = [0xFF, 0xFF, 0xFE, 6, 0x82, 5, 1, 2, 1, 0x70];
+    let answers = [0xFF, 0xFF, 2, 3, 0, 2, 0xF8, 0xFF, 0xFF, 1, 3, 0, 1, 0xFA];
+    assert_eq!(exchange(&read, answers.len()), answers);
 }
