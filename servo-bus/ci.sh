@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Tests that need Python and are therefore not part of `cargo test`: the makers' libraries and
-# rustypot as clients of simulated servos on a pseudo-terminal. Installs its packages in target/.
+# rustypot as clients of simulated servos, and of emulated boards, on a pseudo-terminal. Installs its packages in target/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -11,3 +11,7 @@ bash .ci/environment "$venv" \
 bash .ci/programs
 printf '\n-- Servo buses: feetech-servo-sdk, dynamixel-sdk, rustypot\n'
 "$venv/bin/python" servo-bus/tests/clients/clients.py target/debug/actuator
+cargo build-board --locked --target-dir target/board --bin actuator-board
+printf '\n-- Servo buses: the same clients through the ELF of the actuator board\n'
+"$venv/bin/python" servo-bus/tests/clients/clients.py target/debug/actuator \
+    --elf target/board/thumbv7em-none-eabihf/board/actuator-board
