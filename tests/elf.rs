@@ -28,18 +28,18 @@ const PROGRAMS: [Program; 4] = [
         name: "actuator-board",
         elf: board_elf,
         script: F427,
-        // The slot has 224 KiB, and the buffer of a download 160 KiB.
-        flash: 152 * 1024,
+        // The slot has 224 KiB, and the buffer of a download 176 KiB.
+        flash: 172 * 1024,
         // Beside the buffer of captures; the loop's memory is a region of 4 KiB.
-        ram: 20 * 1024,
+        ram: 16 * 1024,
     },
     Program {
         name: "actuator-board-h743",
         elf: board_h743_elf,
         script: H743,
-        flash: 152 * 1024,
+        flash: 172 * 1024,
         // Beside the buffer of captures; the loop's memory is a region of 4 KiB.
-        ram: 20 * 1024,
+        ram: 28 * 1024,
     },
     Program {
         name: "bring-up",

@@ -24,7 +24,7 @@ use super::node_fault::{BusFaults, Change};
 pub const PERIOD_US: u64 = model_core::time::CONTROL_PERIOD_US as u64;
 
 /// Values in the capture buffer, as on the board.
-pub const CAPTURE_VALUES: usize = 40_960;
+pub const CAPTURE_VALUES: usize = 45_056;
 
 /// Words of a flash page: 16 KiB.
 const PAGE_WORDS: usize = 4_096;

@@ -20,9 +20,9 @@ use super::{
 };
 use crate::peripherals::Acceptance;
 
-/// Length of the capture buffer, words: 20 s of eight signals at 250 Hz. An image that is
+/// Length of the capture buffer, words: 22 s of eight signals at 250 Hz. An image that is
 /// downloaded lies there until it is staged.
-pub const CAPTURE_WORDS: usize = 40 * 1024;
+pub const CAPTURE_WORDS: usize = 44 * 1024;
 
 /// Node, drive, and their connections to the other tasks.
 pub struct CommTask {

@@ -154,9 +154,13 @@ macro_rules! actuator_program {
 
             #[init(local = [
                         queues: Queues = Queues::new(),
+                        #[unsafe(link_section = ".core_memory.set_to_save")]
                         set_to_save: MaybeUninit<StoredParameters> = MaybeUninit::uninit(),
+                        #[unsafe(link_section = ".core_memory.device")]
                         device: MaybeUninit<Device<'static>> = MaybeUninit::uninit(),
+                        #[unsafe(link_section = ".core_memory.servo_bus")]
                         servo_bus: MaybeUninit<ServoBus> = MaybeUninit::uninit(),
+                        #[unsafe(link_section = ".core_memory.messages")]
                         messages: [MaybeUninit<Messages>; 2] = [const { MaybeUninit::uninit() }; 2],
                         outputs: [MaybeUninit<Checked<Outputs>>; 2] =
                             [const { MaybeUninit::uninit() }; 2],

@@ -21,8 +21,9 @@ impl X {
             0
         };
         let (voltage, temperature) = self.motor.supply_and_temperature();
+        let is_overloaded = self.overload_ms > OVERLOAD_MS;
         Control::out_of_range(&self.server.memory, voltage, temperature)
-            | error::OVERLOAD * i32::from(self.overload_ms > OVERLOAD_MS)
+            | if is_overloaded { error::OVERLOAD } else { 0 }
     }
 
     pub(super) fn publish(&mut self) {
