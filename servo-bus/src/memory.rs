@@ -83,6 +83,7 @@ impl Memory {
                 self.store(register.field, value);
             }
         }
+        self.back_up(&[]);
         self.restart();
     }
 

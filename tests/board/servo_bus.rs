@@ -88,43 +88,83 @@ fn write(model: ServoModel, field: Field, value: i32) -> Vec<u8> {
     }
 }
 
+/// How long behind a ping of 10 bits a byte the first bit of its answer begins, ns: least and most.
+/// The table is set up by requests before.
+fn latency(model: ServoModel, byte_ns: u64, before: Vec<Vec<u8>>) -> (u64, u64) {
+    let (ping, answer) = match model {
+        ServoModel::Sts3215 => (feetech::encode(1, 1, &[]), feetech::encode(1, 0, &[])),
+        ServoModel::Xl330M288 => {
+            let identity = [0, 0xB0, 0x04, 46];
+            (
+                dynamixel::encode(1, 1, &[]),
+                dynamixel::encode(1, 0x55, &[&identity]),
+            )
+        }
+    };
+    let count = before.len();
+    let mut requests: Vec<_> = (0..)
+        .zip(before)
+        .map(|(at, it)| (100 + 40 * at, it))
+        .collect();
+    // In each of the four PWM periods, beside steps of the loop and cycles of the communication.
+    requests.extend((0..120).map(|index| (260 + 3 * index, ping.to_vec())));
+    let bus = run(model, 700, requests);
+    let request_ns = ping.len() as u64 * byte_ns;
+    let (mut least, mut most) = (u64::MAX, 0);
+    for ((first_ns, bytes), sent_ns) in bus.answers().iter().zip(&bus.sent_ns).skip(count) {
+        assert_eq!(bytes[..], answer[..], "{model:?} at {sent_ns} ns");
+        let latency_ns = first_ns - byte_ns - sent_ns - request_ns;
+        (least, most) = (least.min(latency_ns), most.max(latency_ns));
+    }
+    println!(
+        "{model:?}, {byte_ns} ns a byte: answers begin {least} to {most} ns behind the request"
+    );
+    (least, most)
+}
+
 #[test]
 fn an_answer_begins_within_100_us_and_the_return_delay() {
-    for (model, delay, ping, answer) in [
-        (
-            ServoModel::Sts3215,
-            sts::RETURN_DELAY_TIME,
-            feetech::encode(1, 1, &[]),
-            feetech::encode(1, 0, &[]),
-        ),
-        (
-            ServoModel::Xl330M288,
-            x::RETURN_DELAY_TIME,
-            dynamixel::encode(1, 1, &[]),
-            dynamixel::encode(1, 0x55, &[&[0, 0xB0, 0x04, 46]]),
-        ),
-    ] {
-        // 1 Mbit/s is the third of the XL330's rates.
-        let rate = write(model, x::BAUD_RATE, 3);
-        let first = if model == ServoModel::Xl330M288 {
-            rate
-        } else {
-            ping.to_vec()
-        };
-        // In each of the four PWM periods, beside steps of the loop and cycles of the communication.
-        let mut requests = vec![(100, first), (140, write(model, delay, 0))];
-        requests.extend((0..120).map(|index| (160 + 3 * index, ping.to_vec())));
-        let bus = run(model, 600, requests);
-        let request_ns = ping.len() as u64 * BYTE_NS;
-        let (mut least, mut most) = (u64::MAX, 0);
-        for ((first_ns, bytes), sent_ns) in bus.answers().iter().zip(&bus.sent_ns).skip(2) {
-            assert_eq!(bytes[..], answer[..], "{model:?} at {sent_ns} ns");
-            let latency_ns = first_ns - BYTE_NS - sent_ns - request_ns;
-            (least, most) = (least.min(latency_ns), most.max(latency_ns));
-        }
-        println!("{model:?}: answers begin {least} to {most} ns behind the request");
-        assert!(most < 100_000, "{model:?}: {most} ns");
+    let sts = ServoModel::Sts3215;
+    let no_delay = |model, field| write(model, field, 0);
+    let (_, most) = latency(sts, BYTE_NS, vec![no_delay(sts, sts::RETURN_DELAY_TIME)]);
+    assert!(most < 100_000, "{most} ns");
+    let xl = ServoModel::Xl330M288;
+    // The third and the fifth of the XL330's rates: 1 and 3 Mbit/s.
+    for (rate, byte_ns) in [(3, BYTE_NS), (5, BYTE_NS / 3)] {
+        let before = vec![
+            write(xl, x::BAUD_RATE, rate),
+            no_delay(xl, x::RETURN_DELAY_TIME),
+        ];
+        let (_, most) = latency(xl, byte_ns, before);
+        assert!(most < 100_000, "{most} ns");
     }
+    let (least, most) = latency(sts, BYTE_NS, vec![]);
+    // 250 times 2 us.
+    assert!(least > 500_000 && most < 600_000, "{least} to {most} ns");
+}
+
+#[test]
+fn long_packets_at_3_mbit_s_are_received_whole() {
+    let xl = ServoModel::Xl330M288;
+    // To the registers from 84 on of another servo and of this one, 400 bytes.
+    let others: Vec<u8> = (2..100).flat_map(|id| [id, 1, 2]).collect();
+    let gain = |value: u16| {
+        let own = [1, value as u8, (value >> 8) as u8];
+        dynamixel::encode(0xFE, 0x83, &[&[84, 0, 2, 0], &others, &own]).to_vec()
+    };
+    let read = dynamixel::encode(1, 2, &[&[84, 0, 2, 0]]).to_vec();
+    let mut requests = vec![(100, write(xl, x::BAUD_RATE, 5))];
+    for index in 0..40 {
+        requests.push((150 + 11 * u64::from(index), gain(1000 + index)));
+        requests.push((155 + 11 * u64::from(index), read.clone()));
+    }
+    let bus = run(xl, 700, requests);
+    let values = bus
+        .answers()
+        .into_iter()
+        .filter(|(_, bytes)| bytes.len() == 13);
+    let values = values.map(|(_, bytes)| u16::from_le_bytes([bytes[9], bytes[10]]));
+    assert_eq!(values.collect::<Vec<_>>(), (1000..1040).collect::<Vec<_>>());
 }
 
 #[test]

@@ -19,6 +19,8 @@ struct Pin {
     pull: u32,
     /// OSPEEDR: 2 high, 3 very high.
     speed: u32,
+    /// OTYPER.
+    is_open_drain: bool,
     /// LCKR: its bit and that of the key are set.
     is_locked: bool,
 }
@@ -27,8 +29,11 @@ struct Pin {
 const ACTUATOR: &str = "\n## Pins\n";
 const COMM: &str = "\n## The communication board\n";
 
-/// The pin to the CAN transceiver needs edges of less than 100 ns.
-const FAST: &str = "PD1";
+/// The pins to the CAN transceiver and to the servo bus need edges of less than 100 ns.
+const FAST: [&str; 2] = ["PD1", SERVO_BUS];
+
+/// The wire of the servo bus, which all servos pull low: an open drain.
+const SERVO_BUS: &str = "PB6";
 
 /// The clock of the encoder: a late feedback of its edges may corrupt the last bit of a byte
 /// (ES0206).
@@ -70,10 +75,11 @@ fn page(heading: &str) -> Vec<Pin> {
                 _ => 0,
             },
             speed: match name {
-                FAST => 2,
                 FASTEST => 3,
+                _ if FAST.contains(&name) => 2,
                 _ => 0,
             },
+            is_open_drain: name == SERVO_BUS,
             is_locked: true,
         }));
     }
@@ -88,6 +94,7 @@ fn configured_pin(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
     let port = 0x4002_0000 + 0x400 * u64::from(port.as_bytes()[0] - b'A');
     let mut two_bits = |offset| register(port + offset) >> (2 * number) & 3;
     let (mode, speed, pull) = (two_bits(0x00), two_bits(0x08), two_bits(0x0c));
+    let is_open_drain = register(port + 0x04) >> number & 1 == 1;
     let lock = register(port + 0x1c);
     let function = register(port + 0x20 + 4 * (number / 8)) >> (4 * (number % 8)) & 15;
     Pin {
@@ -96,6 +103,7 @@ fn configured_pin(mut register: impl FnMut(u64) -> u32, name: &str) -> Pin {
         function: (mode == 2).then_some(function),
         pull,
         speed,
+        is_open_drain,
         is_locked: lock >> 16 & lock >> number & 1 == 1,
     }
 }
@@ -125,7 +133,7 @@ fn actuator_board_pins() -> (Vec<Pin>, u32) {
 fn pins_and_encoder_clock_match_the_hardware_page() {
     let (pins, spi_cr1) = actuator_board_pins();
     let page = page(ACTUATOR);
-    assert_eq!(page.len(), 16, "the table of the page");
+    assert_eq!(page.len(), 17, "the table of the page");
     assert_eq!(pins, page);
     // CPOL is bit 1, CPHA bit 0, the rate bits 3 to 5: 84 MHz over 2^(n + 1) (section 28.5.1).
     let (cpha, cpol, rate) = (spi_cr1 & 1, spi_cr1 >> 1 & 1, spi_cr1 >> 3 & 7);

@@ -64,6 +64,7 @@ impl Drive<'_> {
         if self.is_on_servo_bus && commands_motion(command, value) {
             return Err(Abort::LocalControl);
         }
+        self.is_stopped |= self.is_on_servo_bus && command == DriveCommand::Controlword;
         match command {
             DriveCommand::CommandSource => self.switch_source(value),
             DriveCommand::ExcitationControl if value == 0 => {

@@ -47,6 +47,7 @@ impl Drive<'_> {
     }
 
     fn release(&mut self) {
+        self.is_stopped = self.is_on_servo_bus;
         if self.is_commanded() {
             self.change_command(|command| command.control = RELEASE);
         }
@@ -134,7 +135,8 @@ impl Application for Drive<'_> {
     }
 
     fn command(&mut self, actuator_id: u8, target: Target) {
-        if actuator_id != self.values.dronecan.actuator_id {
+        let is_refused = self.is_on_servo_bus && !target.is_release();
+        if actuator_id != self.values.dronecan.actuator_id || is_refused {
             return;
         }
         if target.is_release() {

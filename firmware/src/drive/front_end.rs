@@ -1,7 +1,7 @@
 //! What front ends have in common whose protocol has no controlword: they close the loop by the
 //! controlwords of CiA 402.
 
-use canopen::cia402::{self, controlword::ENABLE_OPERATION};
+use canopen::cia402;
 
 use super::Drive;
 use crate::control_loop::Command;
@@ -27,7 +27,7 @@ impl Drive<'_> {
     /// Whether the last command has closed the loop, or has asked for it.
     pub(super) fn is_commanded(&self) -> bool {
         let newest = self.messages.commands.unverified().newest();
-        newest.control & ENABLE_OPERATION != 0
+        cia402::Command::from_controlword(newest.control) == cia402::Command::EnableOperation
     }
 
     /// Follows a target in a mode, and closes the loop before if it is open.

@@ -121,6 +121,10 @@ pub struct Drive<'a> {
     bit_rate_kbit_s: Option<u16>,
     /// The servo bus commands, and CANopen does not.
     is_on_servo_bus: bool,
+    /// CANopen has ended the motion since the servo bus turned the torque on.
+    is_stopped: bool,
+    /// The limit of the torque on the servo bus, beside object 6072h.
+    servo_torque_permille: u16,
     /// Node-ID of the node; 0 for none.
     node_id: u8,
     /// Counters of the board's program, which may write here at any time.
@@ -156,6 +160,8 @@ impl<'a> Drive<'a> {
             has_queued: false,
             bit_rate_kbit_s: None,
             is_on_servo_bus: false,
+            is_stopped: false,
+            servo_torque_permille: u16::MAX,
             node_id: 0,
             diagnostics: Diagnostics::default(),
         }
@@ -245,6 +251,7 @@ impl<'a> Drive<'a> {
         self.model = MotorModel::default();
         self.health = Health::default();
         self.service.lock();
+        self.servo_torque_permille = u16::MAX;
         self.capture.stop();
     }
 

@@ -45,12 +45,22 @@ impl Drive<'_> {
 
     /// Changes the message of parameters.
     fn post(&mut self, change: impl FnOnce(&mut LoopParameters)) {
-        let values = &self.values;
+        let mut values = self.values;
+        let most = &mut values.limits.max_torque_permille;
+        *most = (*most).min(self.servo_torque_permille);
         self.messages.parameters.update(|parameters| {
             parameters.number = parameters.number.wrapping_add(1);
             change(parameters);
-            parameters.set_values(values);
+            parameters.set_values(&values);
         });
+    }
+
+    /// Limits the torque beside object 6072h, thousandths of the rated one.
+    pub(super) fn limit_torque(&mut self, permille: u16) {
+        if self.servo_torque_permille != permille {
+            self.servo_torque_permille = permille;
+            self.post(|_| {});
+        }
     }
 
     pub(super) fn set_value(&mut self, value: ObjectValue, word: u32) -> Result<(), Abort> {

@@ -20,7 +20,10 @@ use servo_bus::{Answer, EEPROM, Framing, Memory, Receiver};
 
 use self::{dynamixel::Dynamixel, feetech::Feetech, line::Line, motor::Sensed};
 use super::{Drive, StoredParameters};
-use crate::{interface::BoardState, timing::CONTROL_PERIOD_MS};
+use crate::{
+    interface::BoardState,
+    timing::{CONTROL_PERIOD_MS, periods},
+};
 
 pub use self::{line::Elapsed, motor::Model};
 
@@ -94,7 +97,14 @@ impl<S: Servo> Station<S> {
             self.acknowledges = false;
         }
         drive.carry_out(&demand, periods > 0);
-        self.keeper.keep(self.servo.memory(), drive, model);
+        self.keeper
+            .keep(self.servo.memory(), drive, (model, periods));
+    }
+
+    fn take_answer(&mut self, buffer: &mut [u8]) -> usize {
+        // A part of the packet that it continues is the part of no other one.
+        self.receiver.discard();
+        self.line.take_answer(buffer)
     }
 }
 
@@ -102,14 +112,19 @@ impl<S: Servo> Station<S> {
 #[derive(Debug)]
 struct Keeper {
     kept: [u8; EEPROM],
-    /// What changes now, and the exchanges since its last change.
+    /// What changes now, and the control periods since its last change.
     changed: [u8; EEPROM],
-    age: u8,
+    age: u32,
+    /// Control periods until the next save may begin.
+    pause: u32,
 }
 
-/// Exchanges, at least 1 ms apart, after which what has changed is stored: a client writes several
-/// registers, and each save wears the flash.
-const SETTLED: u8 = 100;
+/// Control periods after which what has changed is stored: a client writes several registers.
+const SETTLED: u32 = periods(100) as u32;
+
+/// Control periods between two saves: a client that changes a register again and again wears the
+/// flash, of 10,000 erasures for two sets, no sooner than after a day.
+const PAUSE: u32 = periods(5_000) as u32;
 
 impl Keeper {
     fn of(memory: &Memory) -> Self {
@@ -117,16 +132,18 @@ impl Keeper {
             kept: *memory.eeprom(),
             changed: *memory.eeprom(),
             age: 0,
+            pause: 0,
         }
     }
 
-    fn keep(&mut self, memory: &Memory, drive: &mut Drive<'_>, model: Model) {
-        if self.age < SETTLED {
+    fn keep(&mut self, memory: &Memory, drive: &mut Drive<'_>, (model, passed): (Model, u32)) {
+        self.pause = self.pause.saturating_sub(passed);
+        if self.age < SETTLED || self.pause > 0 {
             let is_same = self.changed == *memory.eeprom();
             self.changed = *memory.eeprom();
-            let has_changed = self.changed != self.kept;
-            self.age = if is_same && has_changed {
-                self.age + 1
+            let waits = is_same && self.changed != self.kept;
+            self.age = if waits {
+                self.age.saturating_add(passed)
             } else {
                 0
             };
@@ -134,7 +151,7 @@ impl Keeper {
         }
         // A save that fails is not repeated: the flash is worn or broken.
         if drive.keep_registers(model, &self.changed).is_ready() {
-            (self.kept, self.age) = (self.changed, 0);
+            (self.kept, self.age, self.pause) = (self.changed, 0, PAUSE);
         }
     }
 }
@@ -222,8 +239,8 @@ impl ServoBus {
     /// does not fit.
     pub fn take_answer(&mut self, buffer: &mut [u8]) -> usize {
         match &mut self.kind {
-            Kind::Feetech(station) => station.line.take_answer(buffer),
-            Kind::Dynamixel(station) => station.line.take_answer(buffer),
+            Kind::Feetech(station) => station.take_answer(buffer),
+            Kind::Dynamixel(station) => station.take_answer(buffer),
         }
     }
 

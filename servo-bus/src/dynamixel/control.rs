@@ -66,6 +66,8 @@ pub struct Taken {
     pub restarts: bool,
     /// A goal was written, or the torque turned on: its profile begins.
     pub has_goal: bool,
+    /// The torque was written.
+    pub has_torque: bool,
 }
 
 impl Taken {
@@ -74,6 +76,7 @@ impl Taken {
         self.begins |= other.begins;
         self.restarts |= other.restarts;
         self.has_goal |= other.has_goal;
+        self.has_torque |= other.has_torque;
     }
 }
 
@@ -184,7 +187,10 @@ impl Control {
     }
 
     fn take_written(&mut self, memory: &mut Memory, shaft: i32) -> Taken {
-        let mut taken = Taken::default();
+        let mut taken = Taken {
+            has_torque: memory.take_written(x::TORQUE_ENABLE),
+            ..Taken::default()
+        };
         if memory.take_written(x::OPERATING_MODE) {
             self.change_mode(memory, shaft);
             taken.begins = true;

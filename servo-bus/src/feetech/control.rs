@@ -218,11 +218,11 @@ impl Control {
 
     fn limited(&self, memory: &Memory, goal: i32) -> i32 {
         let limits = [sts::MIN_POSITION_LIMIT, sts::MAX_POSITION_LIMIT].map(|it| memory.get(it));
-        let [min, max] = limits;
-        if self.has_turns(memory) || min > max {
+        let [one, other] = limits;
+        if self.has_turns(memory) {
             goal
         } else {
-            goal.clamp(min, max)
+            goal.max(one.min(other)).min(one.max(other))
         }
     }
 

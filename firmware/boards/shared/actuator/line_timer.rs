@@ -20,8 +20,7 @@ impl LineTimer {
 
     /// Starts a time, us; without one it stops. A time that runs is replaced.
     pub fn start(&mut self, us: Option<u32>) {
-        let one_pulse = || self.0.cr1().modify(|_, w| w.cen().disabled());
-        one_pulse();
+        self.0.cr1().modify(|_, w| w.cen().disabled());
         self.0.sr().write(|w| w.uif().clear_bit());
         if let Some(us) = us {
             self.0.cnt().write(|w| w.cnt().set(0));

@@ -1,5 +1,5 @@
-//! The control table of a Dynamixel of the X series, with the loop of the board: gains and the goal
-//! PWM have no effect, and there is no PWM mode.
+//! The control table of a Dynamixel of the X series, with the loop of the board: gains, the goal
+//! PWM and the startup configuration have no effect, and there is no PWM mode.
 
 use canopen::cia402::{Limits, Ramp};
 use servo_bus::dynamixel::{
@@ -7,7 +7,9 @@ use servo_bus::dynamixel::{
 };
 use servo_bus::{Answer, EEPROM, Memory, tables::x};
 
-use super::motor::{Demand, Model, MostTorque, Sensed, Target, in_mdeg, limit_mdeg, mdeg, steps};
+use super::motor::{
+    Demand, Model, MostTorque, Sensed, Target, bit_rate, in_mdeg, limit_mdeg, mdeg, steps, steps_s,
+};
 use super::{PERIOD_US, Servo, advance};
 
 /// Bit rates by their number in the table, bit/s.
@@ -55,6 +57,14 @@ impl Dynamixel {
         }
     }
 
+    /// The angle is known. What was written before moves nothing.
+    fn start(&mut self, shaft: i32) -> Control {
+        let mut control = Control::new(&mut self.server.memory, shaft);
+        control.take(&mut self.server, shaft);
+        control.turn_off(&mut self.server.memory);
+        control
+    }
+
     /// The way to a goal begins.
     fn begin(&mut self, control: &Control, taken: &Taken, sensed: &Sensed) {
         if taken.begins {
@@ -77,7 +87,7 @@ impl Dynamixel {
     }
 
     /// The next demand of a control that is on.
-    fn target(&mut self, control: &Control, periods: u32) -> Target {
+    fn target(&mut self, control: &Control, sensed: &Sensed, periods: u32) -> Target {
         let memory = &self.server.memory;
         let (forward, limits) = (Control::direction(memory), self.limits);
         match control.mode {
@@ -91,6 +101,7 @@ impl Dynamixel {
             _ => {
                 let target = self.target;
                 advance(periods, |us| _ = self.ramp.to_position(target, &limits, us));
+                self.ramp = sensed.within_reach(self.ramp);
                 Target::Position(self.ramp.position())
             }
         }
@@ -121,33 +132,33 @@ impl Servo for Dynamixel {
     }
 
     fn bit_rate(&self) -> u32 {
-        let number = self.server.memory.get(x::BAUD_RATE);
-        let rate = usize::try_from(number)
-            .ok()
-            .and_then(|it| BIT_RATES.get(it));
-        rate.copied().unwrap_or(57_600)
+        bit_rate(&self.server.memory, x::BAUD_RATE, &BIT_RATES).unwrap_or(57_600)
     }
 
     fn exchange(&mut self, sensed: &Sensed, periods: u32) -> Demand {
         self.shaft = steps(sensed.position_mdeg);
         let shaft = self.shaft;
-        let memory = &mut self.server.memory;
-        let mut control = (self.control).unwrap_or_else(|| Control::new(memory, shaft));
+        let mut control = match self.control {
+            Some(control) => control,
+            None => self.start(shaft),
+        };
         let mut taken = core::mem::take(&mut self.taken);
         let memory = &mut self.server.memory;
         let ms = (periods * PERIOD_US / 1000) as i32;
         if control.elapse(memory, ms, shaft) {
             (taken.begins, taken.has_goal) = (true, true);
         }
+        let is_turned_on = taken.has_torque && control.is_driven;
+        let is_stopped = sensed.is_stopped && !is_turned_on;
         let has_power = sensed.is_driven || taken.begins;
-        if control.is_driven && (!has_power || control.mode == mode::PWM) {
+        if !has_power || is_stopped || taken.restarts || control.mode == mode::PWM {
             control.turn_off(memory);
         }
         if taken.begins || taken.has_goal {
             self.begin(&control, &taken, sensed);
         }
         let target = match control.is_driven {
-            true => self.target(&control, periods),
+            true => self.target(&control, sensed, periods),
             false => Target::Off,
         };
         let trajectory = self.trajectory(&control);
@@ -175,7 +186,7 @@ impl Servo for Dynamixel {
             voltage: sensed.voltage,
             temperature: sensed.temperature,
             trajectory,
-            errors: errors | Control::out_of_range(memory, sensed.voltage, sensed.temperature),
+            errors,
         };
         control.report(memory, &measured);
         self.control = Some(control);
@@ -183,11 +194,7 @@ impl Servo for Dynamixel {
             target,
             most_torque: MostTorque::OfCurrent(most),
             acknowledges: taken.restarts,
+            ends_stop: is_turned_on,
         }
     }
-}
-
-/// Steps/s.
-fn steps_s(mdeg_s: i32) -> i32 {
-    steps(mdeg_s).wrapping_sub(steps(0))
 }

@@ -5,7 +5,9 @@ use canopen::cia402::{Limits, Ramp};
 use servo_bus::feetech::{Control, Framing, Measured, Server, Taken, mode, status};
 use servo_bus::{Answer, EEPROM, Memory, tables::sts};
 
-use super::motor::{Demand, Model, MostTorque, Sensed, Target, in_mdeg, limit_mdeg, mdeg, steps};
+use super::motor::{
+    Demand, Model, MostTorque, Sensed, Target, bit_rate, in_mdeg, limit_mdeg, mdeg, steps, steps_s,
+};
 use super::{Servo, advance};
 
 /// Bit rates by their number in the table, bit/s.
@@ -44,8 +46,16 @@ impl Feetech {
         }
     }
 
+    /// The angle is known. What was written before moves nothing.
+    fn begin(&mut self, shaft: i32) -> Control {
+        let mut control = Control::new(&mut self.server.memory, shaft);
+        control.take(&mut self.server, shaft);
+        control.turn_off(&mut self.server.memory);
+        control
+    }
+
     /// The next demand of a control that is on.
-    fn target(&mut self, control: &Control, periods: u32) -> Target {
+    fn target(&mut self, control: &Control, sensed: &Sensed, periods: u32) -> Target {
         let memory = &self.server.memory;
         let profile = Control::profile(memory);
         let limits = Limits {
@@ -63,6 +73,7 @@ impl Feetech {
             _ => {
                 let target = self.target;
                 advance(periods, |us| _ = self.ramp.to_position(target, &limits, us));
+                self.ramp = sensed.within_reach(self.ramp);
                 Target::Position(self.ramp.position())
             }
         }
@@ -85,27 +96,26 @@ impl Servo for Feetech {
     }
 
     fn bit_rate(&self) -> u32 {
-        let number = self.server.memory.get(sts::BAUD_RATE);
-        let rate = usize::try_from(number)
-            .ok()
-            .and_then(|it| BIT_RATES.get(it));
-        rate.copied().unwrap_or(1_000_000)
+        bit_rate(&self.server.memory, sts::BAUD_RATE, &BIT_RATES).unwrap_or(1_000_000)
     }
 
     fn exchange(&mut self, sensed: &Sensed, periods: u32) -> Demand {
         self.shaft = steps(sensed.position_mdeg);
         let shaft = self.shaft;
+        let mut control = match self.control {
+            Some(control) => control,
+            None => self.begin(shaft),
+        };
+        let mut taken = core::mem::take(&mut self.taken);
         let memory = &mut self.server.memory;
-        let mut control = (self.control).unwrap_or_else(|| Control::new(memory, shaft));
-        let taken = core::mem::take(&mut self.taken);
-        let memory = &mut self.server.memory;
-        let present = Control::out_of_range(memory, sensed.voltage, sensed.temperature);
+        let is_turned_on = taken.acknowledges && control.torque == 1;
+        let is_stopped = sensed.is_stopped && !is_turned_on;
         let has_power = sensed.is_driven || taken.begins || taken.has_goal;
-        if control.torque != 0 && (!has_power || control.mode == mode::PWM)
-            || present & memory.get(sts::UNLOADING_CONDITION) != 0
-        {
+        if !has_power || is_stopped || control.mode == mode::PWM {
             control.turn_off(memory);
         }
+        // The loop is closed anew, where the shaft is.
+        taken.begins |= taken.has_goal && !sensed.is_driven;
         if taken.begins {
             self.ramp = Ramp::at(sensed.position_mdeg);
             if !taken.has_goal {
@@ -119,7 +129,7 @@ impl Servo for Feetech {
         }
         let most = memory.get(sts::TORQUE_LIMIT) as u16;
         let target = match control.torque {
-            1 => self.target(&control, periods),
+            1 => self.target(&control, sensed, periods),
             _ => Target::Off,
         };
         let faults = sensed.bits([
@@ -138,7 +148,7 @@ impl Servo for Feetech {
             temperature: sensed.temperature,
             // 6.5 mA.
             current: sensed.current_ma * 2 / 13,
-            status: faults | present,
+            status: faults,
             is_under_way: self.ramp.position() != self.target,
         };
         control.report(&mut self.server.memory, &measured);
@@ -146,12 +156,8 @@ impl Servo for Feetech {
         Demand {
             target,
             most_torque: MostTorque::Share(most),
-            acknowledges: taken.acknowledges || taken.has_goal,
+            acknowledges: taken.acknowledges || taken.has_goal && sensed.has_load_faults_only(),
+            ends_stop: is_turned_on,
         }
     }
-}
-
-/// Steps/s.
-fn steps_s(mdeg_s: i32) -> i32 {
-    steps(mdeg_s).wrapping_sub(steps(0))
 }

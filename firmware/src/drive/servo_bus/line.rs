@@ -7,8 +7,8 @@
 
 use servo_bus::{Answer, Bytes, dynamixel};
 
-/// Time of a servo that does not answer, us: its return delay is 508 us at most, and the longest
-/// usual answer takes less than 1 ms at 57,600 bit/s.
+/// Time of a servo that does not answer, us: its return delay is 508 us at most, and a byte takes
+/// 1042 us at 9,600 bit/s. While bytes are received, the time does not elapse.
 const SLOT_US: u32 = 2_000;
 
 /// Pause after which a part of a packet is discarded, us: longer than an adapter pauses within one.

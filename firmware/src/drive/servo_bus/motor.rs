@@ -1,15 +1,14 @@
 //! The drive as the motor of a servo: what it measures in the units of control tables, and what a
 //! table has it do.
 
-use canopen::cia402::{self, Cia402State};
-use servo_bus::{EEPROM, MIDDLE, Memory, TURN, Table, tables};
+use canopen::cia402::{self, Cia402State, Ramp};
+use servo_bus::{EEPROM, Field, MIDDLE, Memory, TURN, Table, tables};
 
 use super::super::Drive;
 use crate::{
     control_loop::Polarity,
     faults::{Fault, FaultSet},
     interface::CommandSource,
-    parameters::ObjectValue,
     timing::thousandths,
 };
 
@@ -68,6 +67,17 @@ pub(super) fn mdeg(steps: i32) -> i32 {
     in_mdeg(steps.into()).saturating_add((TURN_MDEG / i64::from(TURN) / 2) as i32)
 }
 
+/// Steps/s.
+pub(super) fn steps_s(mdeg_s: i32) -> i32 {
+    steps(mdeg_s).wrapping_sub(MIDDLE)
+}
+
+/// The bit rate of this number in a table, bit/s.
+pub(super) fn bit_rate(memory: &Memory, number: Field, rates: &[u32]) -> Option<u32> {
+    let number = usize::try_from(memory.get(number)).ok()?;
+    rates.get(number).copied()
+}
+
 /// A way or a rate of steps, in mdeg.
 pub(super) fn in_mdeg(steps: i64) -> i32 {
     let mdeg = steps.saturating_mul(TURN_MDEG) / i64::from(TURN);
@@ -97,6 +107,10 @@ pub(super) struct Sensed {
     pub is_driven: bool,
     /// The loop has still to take commands.
     pub is_waiting: bool,
+    /// CANopen has ended the motion.
+    pub is_stopped: bool,
+    /// The deviation from the way to the goal that is permitted while the torque is limited, mdeg.
+    pub room_mdeg: Option<i32>,
 }
 
 impl Sensed {
@@ -113,6 +127,29 @@ impl Sensed {
             faults: drive.latched(),
             is_driven: drive.is_commanded() && (drive.has_waiting_command() || drive.is_enabled()),
             is_waiting: drive.has_waiting_command(),
+            is_stopped: drive.is_stopped,
+            room_mdeg: (t.limits.current)
+                .then(|| drive.parameters().following.following_window_mdeg / 2),
+        }
+    }
+
+    /// Whether there is no fault but those of the load.
+    pub fn has_load_faults_only(&self) -> bool {
+        self.faults.without(LOAD).is_empty()
+    }
+
+    /// The way to a goal, no further from the shaft than is permitted: a shaft that is held back with
+    /// a limited torque, as a grip, is no fault.
+    pub fn within_reach(&self, ramp: Ramp) -> Ramp {
+        let Some(room) = self.room_mdeg else {
+            return ramp;
+        };
+        let ahead = ramp.position().saturating_sub(self.position_mdeg);
+        let reachable = ahead.max(-room).min(room);
+        if reachable == ahead {
+            ramp
+        } else {
+            Ramp::at(self.position_mdeg.saturating_add(reachable))
         }
     }
 
@@ -155,7 +192,7 @@ const LOAD: FaultSet = FaultSet::of(&[Fault::Overload, Fault::Stall, Fault::Foll
 /// The greatest torque of a demand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MostTorque {
-    /// A share of that of object 6072h as it is stored, 0.1 %.
+    /// A share of those of objects 6072h and 6073h, 0.1 %.
     Share(u16),
     /// That of a current, mA.
     OfCurrent(i32),
@@ -181,6 +218,8 @@ pub(super) struct Demand {
     pub most_torque: MostTorque,
     /// Faults are acknowledged before.
     pub acknowledges: bool,
+    /// The torque was turned on, which ends a stop by CANopen.
+    pub ends_stop: bool,
 }
 
 /// Controlword that removes the power at once, and the same with a fault reset.
@@ -201,7 +240,8 @@ impl Drive<'_> {
 
     /// Has the drive do this; targets are written in new control periods only, one in each.
     pub(super) fn carry_out(&mut self, demand: &Demand, is_new_period: bool) {
-        self.limit_torque(demand.most_torque);
+        self.limit_torque(self.most_permille(demand.most_torque));
+        self.is_stopped &= !demand.ends_stop;
         let sign = Polarity::of(&self.values);
         // The servo pulse commands a closed loop, and this must not close it.
         let is_source = self.selected_source() == CommandSource::Bus;
@@ -232,21 +272,17 @@ impl Drive<'_> {
         }
     }
 
-    /// Sets the greatest torque, object 6072h.
-    fn limit_torque(&mut self, most: MostTorque) {
-        let stored = &self.store.stored().values().limits;
+    /// The greatest torque, thousandths of the rated one.
+    fn most_permille(&self, most: MostTorque) -> u16 {
+        let limits = &self.values.limits;
         let permille = match most {
-            MostTorque::Share(1000..) => u32::from(stored.max_torque_permille),
+            MostTorque::Share(1000..) => u32::MAX,
             MostTorque::Share(share) => {
-                let most = (stored.max_torque_permille).min(stored.max_current_permille);
+                let most = (limits.max_torque_permille).min(limits.max_current_permille);
                 u32::from(most) * u32::from(share) / 1000
             }
             MostTorque::OfCurrent(ma) => self.permille_of_rated_current(ma.abs()) as u32,
         };
-        let permille = permille.min(u16::MAX.into());
-        if permille != u32::from(self.values.limits.max_torque_permille) {
-            // The range has every value.
-            let _ = self.set_value(ObjectValue::MaxTorquePermille, permille);
-        }
+        permille.min(u16::MAX.into()) as u16
     }
 }

@@ -257,23 +257,76 @@ fn a_fault_is_in_the_status_ends_the_torque_and_is_acknowledged_by_the_table() {
 }
 
 #[test]
-fn the_limit_of_the_table_limits_the_torque() {
+fn the_limit_of_the_table_limits_the_torque_and_is_not_stored() {
+    let limit = |servo: &mut Servo| {
+        servo.steps(1);
+        let parameters = servo.bench.actuator.device.drive.messages.parameters;
+        parameters.unverified().axis.max_torque
+    };
     let mut servo = Servo::new(ServoModel::Sts3215);
     servo.write(sts::TORQUE_LIMIT, 250);
-    servo.steps(1);
-    // A quarter of 6073h, 3200.
-    assert_eq!(servo.bench.get(0x6072, 0), 800);
+    // A quarter of 6073h, 3200, also behind 1010h.
+    assert_eq!(limit(&mut servo), 800);
+    servo.bench.set(0x1010, 1, 0x6576_6173, 4);
+    assert_eq!(
+        (limit(&mut servo), servo.bench.get(0x6072, 0)),
+        (800, 65_535)
+    );
     servo.write(sts::TORQUE_LIMIT, 1000);
-    servo.steps(1);
-    assert_eq!(servo.bench.get(0x6072, 0), 65_535);
+    assert_eq!(limit(&mut servo), 3200);
 
     let mut servo = Servo::new(ServoModel::Xl330M288);
     servo.write(x::OPERATING_MODE, 5);
     servo.write(x::GOAL_CURRENT, 100);
-    servo.steps(1);
-    // 100 mA of 500 mA.
     let rated_ma = servo.bench.get(0x6075, 0);
-    assert_eq!(servo.bench.get(0x6072, 0), 100_000 / rated_ma);
+    assert_eq!(u32::from(limit(&mut servo)), 100_000 / rated_ma);
+}
+
+#[test]
+fn a_grip_with_a_limited_current_is_no_fault() {
+    let mut servo = Servo::new(ServoModel::Xl330M288);
+    servo.bench.motor = Motor::between_stops(10.0);
+    servo.write(x::OPERATING_MODE, 5);
+    servo.write(x::GOAL_CURRENT, 200);
+    servo.write(x::TORQUE_ENABLE, 1);
+    servo.write(x::GOAL_POSITION, steps(50_000));
+    // Five times the time of a following error.
+    servo.steps(400);
+    assert_eq!(servo.state(), BoardState::Enabled);
+    assert_eq!(servo.read(x::HARDWARE_ERROR_STATUS), 0);
+    assert!(servo.shaft_mdeg() > 9_500, "{}", servo.shaft_mdeg());
+    // The goal is left at once.
+    servo.write(x::GOAL_POSITION, 2048);
+    servo.steps(200);
+    assert!(servo.shaft_mdeg().abs() < 300, "{}", servo.shaft_mdeg());
+}
+
+#[test]
+fn nothing_that_was_written_before_the_angle_is_known_moves_the_shaft() {
+    for model in [ServoModel::Sts3215, ServoModel::Xl330M288] {
+        let set = StoredParameters::DEFAULT.with_servo_bus(model, 1);
+        let mut servo = Servo {
+            bench: Bench::with(set),
+            bus: ServoBus::new(&set).expect("a servo"),
+            model,
+        };
+        let (goal, enable) = match model {
+            ServoModel::Sts3215 => (sts::GOAL_POSITION, sts::TORQUE_ENABLE),
+            ServoModel::Xl330M288 => (x::GOAL_POSITION, x::TORQUE_ENABLE),
+        };
+        servo.write(enable, 1);
+        servo.write(goal, 2500);
+        servo.steps(100);
+        // A packet for another servo.
+        let ping = match model {
+            ServoModel::Sts3215 => feetech::encode(9, 1, &[]),
+            ServoModel::Xl330M288 => dynamixel::encode(9, 1, &[]),
+        };
+        servo.answer(&ping);
+        servo.steps(100);
+        assert_eq!(servo.state(), BoardState::Disabled, "{model:?}");
+        assert_eq!((servo.read(enable), servo.shaft_mdeg()), (0, 0));
+    }
 }
 
 #[test]
@@ -312,10 +365,44 @@ fn canopen_may_end_the_motion_and_nothing_else() {
     }
     servo.steps(20);
     assert_eq!(servo.state(), BoardState::Enabled);
+    // A goal in the same communication cycle, and later ones, do not end the stop.
     assert_eq!(servo.bench.try_set(0x6040, 0, 0, 2), Ok(()));
-    servo.steps(3);
+    for _ in 0..10 {
+        servo.write(sts::GOAL_POSITION, 2500);
+        servo.steps(3);
+        assert_eq!(servo.state(), BoardState::Disabled);
+        assert_eq!(servo.read(sts::TORQUE_ENABLE), 0);
+    }
+    servo.write(sts::TORQUE_ENABLE, 1);
+    servo.steps(10);
+    assert_eq!(servo.state(), BoardState::Enabled);
+}
+
+#[test]
+fn dronecan_may_end_the_motion_and_nothing_else() {
+    use ::dronecan::{Application, Target};
+    let model = ServoModel::Sts3215;
+    let set = StoredParameters::DEFAULT
+        .with_dronecan(1)
+        .with_servo_bus(model, 1);
+    let mut servo = Servo::with(set, model);
+    for _ in 0..20 {
+        servo
+            .bench
+            .actuator
+            .device
+            .drive
+            .command(1, Target::Position(0.5));
+        servo.step();
+    }
     assert_eq!(servo.state(), BoardState::Disabled);
-    assert_eq!(servo.read(sts::TORQUE_ENABLE), 0);
+    servo.write(sts::TORQUE_ENABLE, 1);
+    servo.steps(20);
+    assert_eq!(servo.state(), BoardState::Enabled);
+    let release = Target::Position(f32::NAN);
+    servo.bench.actuator.device.drive.command(1, release);
+    servo.steps(20);
+    assert_eq!(servo.state(), BoardState::Disabled);
 }
 
 #[test]
@@ -330,10 +417,12 @@ fn what_the_table_keeps_without_power_is_stored_once_it_has_settled() {
     let mut other = ServoBus::new(&stored).expect("a servo");
     let ping = feetech::encode(7, 1, &[]);
     assert_eq!(answer(&mut other, &ping), feetech::encode(7, 0, &[])[..]);
-    // Another model has its own registers.
-    let set = StoredParameters::DEFAULT.with_servo_bus(ServoModel::Sts3215, 9);
-    let mut other = Servo::with(set, ServoModel::Sts3215);
-    assert!(other.answer(&ping).is_empty());
+    // Another model has its own registers, those of a new one.
+    let mut set = stored;
+    set.values.servo_bus.servo_bus_model = ServoModel::Xl330M288 as u8;
+    let mut other = ServoBus::new(&set).expect("a servo");
+    let ping = dynamixel::encode(1, 1, &[]);
+    assert!(!answer(&mut other, &ping).is_empty());
 }
 
 /// Servos on one line: the answers in their order, each heard by all others.
@@ -393,6 +482,13 @@ fn a_fast_read_is_one_packet_of_all_servos_and_ends_at_one_that_is_missing() {
         (0x55, &[0, 2, 2][..], &[0, 1, 1][..])
     );
     assert_eq!(body[11..14], [0, 3, 3]);
+    // Longer than an instruction, again and again: nothing of a packet remains.
+    let long = dynamixel::encode(0xFE, 0x8A, &[&[124, 0, 24, 0], &[1, 2, 3]]);
+    for _ in 0..3 {
+        let bytes = on_a_line(&mut servos, &long);
+        assert!(dynamixel::Packet::try_new(&bytes).is_some());
+        assert_eq!(bytes.len(), 8 + 3 * (2 + 24 + 2));
+    }
     // ID 9 is missing: the servo behind it has nothing to continue.
     let bytes = on_a_line(&mut servos, &read(&[2, 9, 3]));
     assert_eq!(bytes[8..11], [0, 2, 2]);

@@ -6,6 +6,7 @@
 
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
+use cortex_m::singleton;
 use stm32f4xx_hal::dma::StreamX;
 
 use super::{
@@ -33,7 +34,7 @@ pub struct ServoLine {
     sender: DmaStream<7>,
     /// The place in the ring behind the bytes that were taken.
     taken: usize,
-    bytes: [u8; BYTES],
+    bytes: &'static mut [u8],
     pub timer: LineTimer,
 }
 
@@ -54,7 +55,8 @@ impl ServoLine {
             sender: DmaStream::new(streams.1, &sent, &SENT),
             usart,
             taken: 0,
-            bytes: [0; BYTES],
+            // Not moved with the peripherals over the stack.
+            bytes: singleton!(: [u8; BYTES] = [0; BYTES]).map_or(&mut [], |bytes| bytes),
             timer: LineTimer::new(timer),
         }
     }
@@ -99,7 +101,7 @@ impl ServoLine {
 
     /// Transmits what `write` puts into a buffer, of which it returns the length.
     pub fn transmit(&mut self, write: impl FnOnce(&mut [u8]) -> usize) {
-        let length = write(&mut self.bytes);
+        let length = write(self.bytes);
         for (place, byte) in SENT.iter().zip(self.bytes.iter().take(length)) {
             place.store(*byte, Relaxed);
         }
@@ -123,7 +125,8 @@ impl ServoLine {
         if !status.idle().bit() {
             return LineEvent::None;
         }
-        // Behind the read of the status, this clears its flags; the stream has taken the bytes.
+        // Behind the read of the status, this clears its flags. The stream has taken the bytes before
+        // the pause; one that arrives in this instant may be lost, with its packet.
         let _ = self.usart.dr().read();
         let (end, mut length) = (self.end(), 0);
         while self.taken != end {

@@ -4,6 +4,8 @@
 //! pause of one byte ends what is received. The receiver is off while an answer is transmitted: it
 //! would hear it.
 
+use cortex_m::singleton;
+
 use super::timing::APB2_HZ;
 use crate::{
     actuator::{line_timer::LineTimer, servo_bus_task::LineEvent},
@@ -22,7 +24,7 @@ const HALF: u8 = 0b010;
 pub struct ServoLine {
     usart: USART1,
     /// Bytes that were received, or that are to be transmitted.
-    bytes: [u8; BYTES],
+    bytes: &'static mut [u8],
     length: usize,
     /// Bytes of the answer that the FIFO has taken.
     sent: usize,
@@ -35,7 +37,8 @@ impl ServoLine {
     pub fn new(usart: USART1, timer: TIM5) -> Self {
         Self {
             usart,
-            bytes: [0; BYTES],
+            // Not moved with the peripherals over the stack.
+            bytes: singleton!(: [u8; BYTES] = [0; BYTES]).map_or(&mut [], |bytes| bytes),
             length: 0,
             sent: 0,
             is_transmitting: false,
@@ -83,7 +86,7 @@ impl ServoLine {
 
     /// Transmits what `write` puts into a buffer, of which it returns the length.
     pub fn transmit(&mut self, write: impl FnOnce(&mut [u8]) -> usize) {
-        self.length = write(&mut self.bytes);
+        self.length = write(self.bytes);
         (self.sent, self.is_transmitting) = (0, true);
         self.usart.icr().write(|w| w.tccf().clear_bit_by_one());
         self.usart.cr1().write(|w| {
@@ -123,8 +126,11 @@ impl ServoLine {
             self.is_transmitting = false;
             return LineEvent::Transmitted;
         }
-        // Before the bytes: those behind a pause are those of the next event.
+        // Before the bytes: those behind this pause have another one behind them.
         let is_idle = self.usart.isr().read().idle().bit();
+        if is_idle {
+            self.usart.icr().write(|w| w.idlecf().clear_bit_by_one());
+        }
         while self.usart.isr().read().rxne().bit() {
             let byte = self.usart.rdr().read().rdr().bits() as u8;
             if let Some(place) = self.bytes.get_mut(self.length) {
@@ -143,7 +149,6 @@ impl ServoLine {
         if !is_idle {
             return LineEvent::None;
         }
-        self.usart.icr().write(|w| w.idlecf().clear_bit_by_one());
         let length = core::mem::take(&mut self.length);
         LineEvent::Received(self.bytes.get(..length).unwrap_or_default())
     }
