@@ -52,5 +52,14 @@ pub const TURN: i32 = 4096;
 /// Position in the middle of a turn, in steps.
 pub const MIDDLE: i32 = TURN / 2;
 
+/// Greatest velocity and acceleration of the way to a goal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Profile {
+    /// Steps/s.
+    pub velocity: u32,
+    /// Steps/s^2; the greatest value without a limit.
+    pub acceleration: u32,
+}
+
 /// The ID of all servos.
 pub const BROADCAST: u8 = 0xFE;

@@ -3,9 +3,9 @@
 //! Rules are those of the pages of emanual.robotis.com; feedforward gains have no effect.
 
 use super::{Event, Server};
-use crate::TURN;
 use crate::memory::Memory;
 use crate::tables::x;
+use crate::{Profile, TURN};
 
 /// PWM of the whole supply.
 pub const FULL_PWM: i32 = 885;
@@ -99,15 +99,6 @@ pub struct Measured {
     pub trajectory: (i32, i32),
     /// Bits of [`error`] that are present.
     pub errors: i32,
-}
-
-/// Greatest velocity and acceleration of the way to a goal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Profile {
-    /// Steps/s.
-    pub velocity: u32,
-    /// Steps/s^2; the greatest value without a limit.
-    pub acceleration: u32,
 }
 
 impl Control {

@@ -15,7 +15,7 @@ mod packet;
 mod rules;
 mod server;
 
-pub use control::{Control, FULL_PWM, Measured, Profile, Taken, error, mode};
+pub use control::{Control, FULL_PWM, Measured, Taken, error, mode};
 pub use crc::crc;
 pub use instruction::{Instruction, Item};
 pub use packet::{Framing, Packet, encode, link};

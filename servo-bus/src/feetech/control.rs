@@ -7,7 +7,7 @@
 use super::{Event, Server};
 use crate::memory::Memory;
 use crate::tables::sts;
-use crate::{MIDDLE, TURN};
+use crate::{MIDDLE, Profile, TURN};
 
 /// Speed of one in the limits of speeds, steps/s.
 pub const SPEED_UNIT: i32 = 50;
@@ -93,15 +93,6 @@ pub struct Measured {
     pub status: i32,
     /// The way to the goal has not ended.
     pub is_under_way: bool,
-}
-
-/// Greatest velocity and acceleration of the way to a goal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Profile {
-    /// Steps/s.
-    pub velocity: u32,
-    /// Steps/s^2; the greatest value without a limit.
-    pub acceleration: u32,
 }
 
 impl Control {

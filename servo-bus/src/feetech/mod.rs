@@ -12,7 +12,7 @@ mod instruction;
 mod packet;
 mod server;
 
-pub use control::{ACCELERATION_UNIT, Control, Measured, Profile, SPEED_UNIT, Taken, mode, status};
+pub use control::{ACCELERATION_UNIT, Control, Measured, SPEED_UNIT, Taken, mode, status};
 pub use instruction::Instruction;
 pub use packet::{Framing, Packet, encode};
 pub use server::{Event, Server};

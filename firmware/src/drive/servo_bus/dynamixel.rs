@@ -2,13 +2,11 @@
 //! PWM and the startup configuration have no effect, and there is no PWM mode.
 
 use canopen::cia402::{Limits, Ramp};
-use servo_bus::dynamixel::{
-    Control, FULL_PWM, Framing, Measured, Profile, Server, Taken, error, mode,
-};
+use servo_bus::dynamixel::{Control, FULL_PWM, Framing, Measured, Server, Taken, error, mode};
 use servo_bus::{Answer, EEPROM, Memory, tables::x};
 
 use super::motor::{
-    Demand, Model, MostTorque, Sensed, Target, bit_rate, in_mdeg, limit_mdeg, mdeg, steps, steps_s,
+    Demand, Model, MostTorque, Sensed, Target, bit_rate, in_mdeg, limits, mdeg, steps, steps_s,
 };
 use super::{PERIOD_US, Servo, advance};
 
@@ -77,13 +75,8 @@ impl Dynamixel {
         self.target = mdeg(self.shaft.wrapping_add(forward.wrapping_mul(way)));
         let distance = steps(self.target).abs_diff(steps(self.ramp.position()));
         let velocity = steps_s(self.ramp.velocity());
-        let of = |profile: Profile| Limits {
-            velocity: limit_mdeg(profile.velocity),
-            acceleration: limit_mdeg(profile.acceleration),
-            deceleration: limit_mdeg(profile.acceleration),
-        };
         let profile = control.profile(memory, distance, velocity);
-        self.limits = profile.map_or(UNLIMITED, of);
+        self.limits = profile.map_or(UNLIMITED, limits);
     }
 
     /// The next demand of a control that is on.

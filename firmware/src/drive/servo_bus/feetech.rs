@@ -1,12 +1,12 @@
 //! The control table of an STS servo, with the loop of the board: gains, dead zones and the starting
 //! force have no effect, nor has the mode of the duty, and a braked torque is off.
 
-use canopen::cia402::{Limits, Ramp};
+use canopen::cia402::Ramp;
 use servo_bus::feetech::{Control, Framing, Measured, Server, Taken, mode, status};
 use servo_bus::{Answer, EEPROM, Memory, tables::sts};
 
 use super::motor::{
-    Demand, Model, MostTorque, Sensed, Target, bit_rate, in_mdeg, limit_mdeg, mdeg, steps, steps_s,
+    Demand, Model, MostTorque, Sensed, Target, bit_rate, in_mdeg, limits, mdeg, steps, steps_s,
 };
 use super::{Servo, advance};
 
@@ -57,12 +57,7 @@ impl Feetech {
     /// The next demand of a control that is on.
     fn target(&mut self, control: &Control, sensed: &Sensed, periods: u32) -> Target {
         let memory = &self.server.memory;
-        let profile = Control::profile(memory);
-        let limits = Limits {
-            velocity: limit_mdeg(profile.velocity),
-            acceleration: limit_mdeg(profile.acceleration),
-            deceleration: limit_mdeg(profile.acceleration),
-        };
+        let limits = limits(Control::profile(memory));
         match control.mode {
             mode::WHEEL => {
                 let goal = in_mdeg(Control::speed(memory).into());

@@ -1,8 +1,8 @@
 //! The drive as the motor of a servo: what it measures in the units of control tables, and what a
 //! table has it do.
 
-use canopen::cia402::{self, Cia402State, Ramp};
-use servo_bus::{EEPROM, Field, MIDDLE, Memory, TURN, Table, tables};
+use canopen::cia402::{self, Cia402State, Limits, Ramp};
+use servo_bus::{EEPROM, Field, MIDDLE, Memory, Profile, TURN, Table, tables};
 
 use super::super::Drive;
 use crate::{
@@ -84,10 +84,19 @@ pub(super) fn in_mdeg(steps: i64) -> i32 {
     mdeg.clamp(i32::MIN.into(), i32::MAX.into()) as i32
 }
 
-/// A limit of a rate or an acceleration of steps, in mdeg.
-pub(super) fn limit_mdeg(steps: u32) -> u32 {
-    let mdeg = (u64::from(steps) * TURN_MDEG as u64).div_ceil(TURN as u64);
-    mdeg.min(u32::MAX.into()) as u32
+/// Limits of the way to a goal, in mdeg.
+#[inline(never)]
+pub(super) fn limits(profile: Profile) -> Limits {
+    let mdeg = |steps: u32| {
+        let mdeg = (u64::from(steps) * TURN_MDEG as u64).div_ceil(TURN as u64);
+        mdeg.min(u32::MAX.into()) as u32
+    };
+    let acceleration = mdeg(profile.acceleration);
+    Limits {
+        velocity: mdeg(profile.velocity),
+        acceleration,
+        deceleration: acceleration,
+    }
 }
 
 /// What the drive measures.
