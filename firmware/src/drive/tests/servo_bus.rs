@@ -5,7 +5,10 @@ use ::servo_bus::{Field, Order, dynamixel, feetech, tables::sts, tables::x};
 use std::vec;
 
 use super::*;
-use crate::{application::BoardState, drive::servo_bus::Elapsed};
+use crate::{
+    application::{BoardState, BusState},
+    drive::servo_bus::Elapsed,
+};
 
 /// A servo with the ID 1.
 struct Servo {
@@ -257,6 +260,25 @@ fn a_fault_is_in_the_status_ends_the_torque_and_is_acknowledged_by_the_table() {
 }
 
 #[test]
+fn an_acknowledgement_during_the_reaction_to_a_fault_acts_at_its_end() {
+    let mut servo = Servo::new(ServoModel::Sts3215);
+    servo.write(sts::OPERATING_MODE, 1);
+    servo.write(sts::TORQUE_ENABLE, 1);
+    servo.write(sts::GOAL_VELOCITY, 300);
+    servo.steps(100);
+    while servo.state() == BoardState::Enabled {
+        servo.step_with(|samples| samples.bus = BusState::Off);
+    }
+    assert_eq!(servo.state(), BoardState::FaultReaction);
+    servo.write(sts::TORQUE_ENABLE, 1);
+    servo.steps(200);
+    assert_eq!(
+        (servo.state(), servo.read(sts::STATUS)),
+        (BoardState::Disabled, 0)
+    );
+}
+
+#[test]
 fn the_limit_of_the_table_limits_the_torque_and_is_not_stored() {
     let limit = |servo: &mut Servo| {
         servo.steps(1);
@@ -394,8 +416,8 @@ fn dronecan_may_end_the_motion_and_nothing_else() {
             .drive
             .command(1, Target::Position(0.5));
         servo.step();
+        assert_eq!(servo.state(), BoardState::Disabled);
     }
-    assert_eq!(servo.state(), BoardState::Disabled);
     servo.write(sts::TORQUE_ENABLE, 1);
     servo.steps(20);
     assert_eq!(servo.state(), BoardState::Enabled);
@@ -462,6 +484,10 @@ fn line(model: ServoModel, ids: &[u8]) -> Vec<ServoBus> {
 fn servos_answer_in_turn_also_where_one_is_missing() {
     let mut servos = line(ServoModel::Sts3215, &[1, 2, 4]);
     let read = feetech::encode(0xFE, 0x82, &[5, 1, 4, 3, 1, 2]);
+    // Time for a servo before it that is missing, us.
+    let waits = servos.iter_mut().map(|it| it.receive(&read));
+    assert_eq!(waits.collect::<Vec<_>>(), [2_000, 2_000, 500].map(Some));
+    let mut servos = line(ServoModel::Sts3215, &[1, 2, 4]);
     let expected = [4, 1, 2].map(|id| feetech::encode(id, 0, &[id]).to_vec());
     assert_eq!(on_a_line(&mut servos, &read), expected.concat());
     let ping = feetech::encode(0xFE, 1, &[]);
