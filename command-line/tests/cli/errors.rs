@@ -234,7 +234,7 @@ fn a_plot_of_more_rows_than_fit_into_memory_is_refused() {
 #[test]
 fn a_chain_needs_both_programs_and_the_emulator() {
     let cli = Cli::new();
-    cli.assert_error("serve --elf actuator-board", 2, "--comm-elf <FILE>");
+    cli.assert_error("serve --elf actuator-board", 2, "--elf needs --comm-elf");
     cli.assert_error("serve --comm-elf comm-board", 2, "--elf <FILE>");
     let two = "serve --nodes 1 --elf a --elf native --comm-elf comm-board";
     let message = "2 programs (--elf) for 1 actuators (--nodes)";
