@@ -81,7 +81,8 @@ impl Place {
 /// The variables without the capture buffer.
 fn variables(firmware: &Firmware) -> Result<Vec<Range<u64>>, FirmwareError> {
     let capture = firmware.symbol_containing("capture_buffer")?;
-    let sections = [".data", ".bss", ".uninit"].map(|name| firmware.section(name));
+    let names = [".data", ".bss", ".uninit", ".core_memory"];
+    let sections = names.map(|name| firmware.section(name));
     let without = |range: &Range<u64>| {
         [
             range.start..range.end.min(capture.start),
