@@ -56,7 +56,8 @@ class Bench(unittest.TestCase):
         self.assertIn(os.readlink(self.path), line)
 
     def wait_for(self, condition, message, seconds=5):
-        end = time.monotonic() + seconds
+        # The time of an emulator may be behind.
+        end = time.monotonic() + seconds * (4 if ELF else 1)
         while not condition():
             self.assertLess(time.monotonic(), end, message)
             time.sleep(0.005)
@@ -122,17 +123,22 @@ class Feetech(Bench):
         for servo in IDS:
             self.assertTrue(reader.addParam(servo) and writer.addParam(servo, [HIGH & 0xFF, HIGH >> 8]))
         self.assertEqual(writer.txPacket(), scs.COMM_SUCCESS)
-        track, start = [], time.monotonic()
-        while time.monotonic() - start < 1.5:
+        track = []
+
+        def are_at_rest():
             self.assertEqual(reader.txRxPacket(), scs.COMM_SUCCESS)
             track.append([reader.getData(servo, 56, 2) for servo in IDS])
             self.assertTrue(all(reader.isAvailable(servo, 62, 1) for servo in IDS))
+            return len(track) > 20 and all(abs(a - HIGH) < 40 for row in track[-20:] for a in row)
+
+        self.wait_for(are_at_rest, "all servos at their goals", 10)
         for positions in zip(*track):
             self.assertLess(abs(positions[-1] - HIGH), 40)
             # 3400 steps/s at most: not a jump.
             between = [position for position in positions if 2100 < position < HIGH - 50]
             self.assertGreater(len(between), 5)
-            self.assertLess(max(b - a for a, b in zip(positions, positions[1:])), 400)
+            # Nor is it one where an emulator makes up for a pause.
+            self.assertLess(max(b - a for a, b in zip(positions, positions[1:])), 500 if ELF else 400)
         self.assertAlmostEqual(reader.getData(1, 62, 1), SUPPLY, delta=1)
 
     def test_an_id_that_is_stored_answers_and_the_old_one_does_not(self):
@@ -144,13 +150,13 @@ class Feetech(Bench):
 
     def test_an_overload_is_read_cleared_and_recovered(self):
         self.write(1, 34, 2, 20 | 20 << 8)
-        self.write(1, 42, 2, HIGH if ELF else 4000)
-        time.sleep(0.1 if ELF else 0.2)
         self.fault("1 jam")
+        self.write(1, 42, 2, HIGH if ELF else 4000)
         self.wait_for(lambda: self.bus.ping(self.port, 1)[2] == 32, "an overload")
         # The answer to the write still has the status; the torque is off all the same.
         self.assertEqual(self.bus.write1ByteTxRx(self.port, 1, 40, 0), (scs.COMM_SUCCESS, 32))
         self.fault("1 free")
+        self.wait_for(lambda: self.bus.ping(self.port, 1)[2] == 0, "an acknowledgement")
         self.assertEqual([self.read(1, 40, 1), self.read(1, 65, 1)], [0, 0])
         self.write(1, 42, 2, 2048)
         self.wait_for(lambda: abs(self.read(1, 56, 2) - 2048) < 40, "the goal")
@@ -234,7 +240,7 @@ class Dynamixel(Bench):
             return all(abs(p - 2048 - 100 * s) < 20 for s, p in zip(IDS, positions(reader.txRxPacket)))
 
         self.wait_for(are_there, "all servos at their goals")
-        time.sleep(0.5)
+        time.sleep(2 if ELF else 0.5)
         # The encoder of a board has noise of a count.
         for slow, fast in zip(positions(reader.txRxPacket), positions(reader.fastSyncRead)):
             self.assertAlmostEqual(slow, fast, delta=2 if ELF else 0)
