@@ -46,10 +46,10 @@ use model_core::parameter::Shown;
 #[derive(Debug, Args)]
 pub(super) struct OnBus {
     /// HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), or a SocketCAN interface
-    /// (can0); `scan`, `get`, `set`, `move`, `stop` and `record` take servos too: sts:/dev/ttyUSB0
-    /// of Feetech, dxl:/dev/ttyUSB0@57600 of Robotis, at 1,000,000 bit/s unless another rate
-    /// follows; `scan`, `get`, `set`, `monitor`, `move` and `stop` take DroneCAN nodes:
-    /// dronecan:can0
+    /// (can0); `scan`, `get`, `set`, `move`, `stop`, `monitor` and `record` take servos too:
+    /// sts:/dev/ttyUSB0 of Feetech, dxl:/dev/ttyUSB0@57600 of Robotis, at 1,000,000 bit/s unless
+    /// another rate follows; `scan`, `get`, `set`, `monitor`, `move` and `stop` take DroneCAN
+    /// nodes: dronecan:can0
     #[arg(long, value_name = "BUS", default_value = "127.0.0.1:29536")]
     bus: String,
     /// Bit rate of the adapter, kbit/s
@@ -63,7 +63,7 @@ pub(super) struct OnBus {
 impl OnBus {
     fn open(&self, node: u8) -> Result<Client, Error> {
         if servo_bus::client::is_servo_bus(&self.bus) {
-            let text = "servos have the commands scan, get, set, move, stop and record";
+            let text = "servos have the commands scan, get, set, move, stop, monitor and record";
             return Err(Error::Conflict(text.into()));
         }
         if dronecan_client::is_dronecan(&self.bus) {

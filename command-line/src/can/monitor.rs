@@ -9,7 +9,7 @@ use std::time::Duration;
 use clap::Args;
 use serde_json::json;
 
-use super::{AtNode, length, print_json, telemetry::watch};
+use super::{AtNode, length, print_json, servo::Servo, telemetry::watch};
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::print;
@@ -18,6 +18,7 @@ use host_sim::can::telemetry::Telemetry;
 
 /// Shows angle, rate, current, back-EMF, duty, state and faults of an actuator
 ///
+/// Of a servo: goal, angle, rate, duty, current, supply, temperature and errors.
 /// On a terminal as curves of the last seconds, updated ten times a second; otherwise, and with
 /// --json, as lines.
 #[derive(Debug, Args)]
@@ -29,13 +30,26 @@ pub struct Monitor {
     at: AtNode,
 }
 
-/// The quantities: prefix of the name of the column, label, and least span of the curve.
-const SHOWN: [(&str, &str, f64); 5] = [
+/// Quantities: prefix of the name of the column, label, and least span of the curve.
+type Quantities = &'static [(&'static str, &'static str, f64)];
+
+/// Those of an actuator.
+const OF_ACTUATOR: Quantities = &[
     ("angle", "angle     deg", 1.0),
     ("angular_rate", "rate    deg/s", 10.0),
     ("motor_current", "current    mA", 50.0),
     ("back_emf", "back-EMF   mV", 100.0),
     ("motor_duty", "duty        %", 5.0),
+];
+
+/// Those of a servo.
+const OF_SERVO: Quantities = &[
+    ("command_deg", "command   deg", 1.0),
+    ("angle_deg", "angle     deg", 1.0),
+    ("rate_deg_s", "rate    deg/s", 10.0),
+    ("duty_pct", "duty        %", 5.0),
+    ("current_ma", "current    mA", 50.0),
+    ("supply_mv", "supply     mV", 200.0),
 ];
 
 /// Points of a curve.
@@ -57,8 +71,12 @@ impl Monitor {
         if let Some(mut node) = self.at.drone()? {
             return node.monitor(is_over, self.at.json());
         }
+        let is_terminal = std::io::stdout().is_terminal();
+        if let Some(mut servo) = self.at.servo()? {
+            return self.show_servo(&mut servo, is_over, Screen::new(is_terminal, OF_SERVO));
+        }
         let mut client = self.at.open()?;
-        let mut screen = Screen::new(std::io::stdout().is_terminal());
+        let mut screen = Screen::new(is_terminal, OF_ACTUATOR);
         let mut next = Duration::ZERO;
         watch(&mut client, is_over, |telemetry, now| {
             if now >= next {
@@ -66,11 +84,40 @@ impl Monitor {
                 if self.at.json() {
                     print_json(&record(telemetry, now))?;
                 } else {
-                    print(&screen.picture(telemetry))?;
+                    let value = |name: &str| telemetry.value(name);
+                    print(&screen.picture(value, &state(telemetry)))?;
                 }
             }
             Ok(())
         })
+    }
+
+    fn show_servo(
+        &self,
+        servo: &mut Servo,
+        is_over: impl Fn(Duration) -> bool,
+        mut screen: Screen,
+    ) -> Result<(), Error> {
+        let names: Vec<_> = servo.measured().collect();
+        let mut next = Duration::ZERO;
+        servo.watch(is_over, |servo, now, values| {
+            if now < next {
+                return Ok(());
+            }
+            next = now + EVERY;
+            let state = servo.state()?;
+            let named = || names.iter().copied().zip(values.iter().copied());
+            if self.at.json() {
+                let values = named().map(|(name, value)| (name.to_owned(), json!(value)));
+                let mut object: serde_json::Map<_, _> = values.collect();
+                object.insert("time_s".into(), json!(now.as_secs_f64()));
+                object.insert("state".into(), json!(state));
+                return print_json(&object.into());
+            }
+            let value = |name: &str| named().find(|(of, _)| *of == name).map(|(_, value)| value);
+            print(&screen.picture(value, &state))
+        })?;
+        Ok(())
     }
 }
 
@@ -96,28 +143,30 @@ fn state(telemetry: &Telemetry) -> String {
 /// The curves.
 struct Screen {
     is_terminal: bool,
-    curves: [VecDeque<f64>; SHOWN.len()],
+    quantities: Quantities,
+    curves: Vec<VecDeque<f64>>,
     is_drawn: bool,
 }
 
 impl Screen {
-    fn new(is_terminal: bool) -> Self {
+    fn new(is_terminal: bool, quantities: Quantities) -> Self {
         Self {
             is_terminal,
-            curves: Default::default(),
+            quantities,
+            curves: vec![VecDeque::new(); quantities.len()],
             is_drawn: false,
         }
     }
 
-    fn picture(&mut self, telemetry: &Telemetry) -> String {
+    fn picture(&mut self, value: impl Fn(&str) -> Option<f64>, state: &str) -> String {
         let mut text = String::new();
         if self.is_terminal && self.is_drawn {
             // Moves the cursor to the first line of the curves.
-            let _ = write!(text, "\x1b[{}A", SHOWN.len() + 1);
+            let _ = write!(text, "\x1b[{}A", self.quantities.len() + 1);
         }
         self.is_drawn = true;
-        for ((name, label, span), curve) in SHOWN.iter().zip(&mut self.curves) {
-            let value = telemetry.value(name).unwrap_or(f64::NAN);
+        for ((name, label, span), curve) in self.quantities.iter().zip(&mut self.curves) {
+            let value = value(name).unwrap_or(f64::NAN);
             if self.is_terminal {
                 curve.push_back(value);
                 curve.drain(..curve.len().saturating_sub(WIDTH));
@@ -128,7 +177,7 @@ impl Screen {
             }
         }
         let erase = if self.is_terminal { "\x1b[K" } else { "" };
-        let _ = writeln!(text, "{}{erase}", state(telemetry));
+        let _ = writeln!(text, "{state}{erase}");
         text
     }
 }

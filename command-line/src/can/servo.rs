@@ -1,4 +1,4 @@
-//! `scan`, `get`, `set`, `move`, `stop` and `record` of servos on a serial bus.
+//! `scan`, `get`, `set`, `move`, `stop`, `monitor` and `record` of servos on a serial bus.
 
 use std::sync::atomic::Ordering;
 use std::thread;
@@ -255,37 +255,50 @@ impl Servo {
         self.write(self.register("torque_enable")?, 0)
     }
 
-    /// Records for this time; returns the number of requests without an answer.
+    /// What it measures: columns of a recording and their registers.
+    fn columns(&self) -> Vec<(&'static str, &'static Register)> {
+        let find = |names: &[&str]| names.iter().find_map(|name| self.table.register(name));
+        let columns = COLUMNS.iter();
+        columns
+            .filter_map(|(column, names)| Some((*column, find(names)?)))
+            .collect()
+    }
+
+    /// Names of the values of [`Servo::watch`].
+    pub fn measured(&self) -> impl Iterator<Item = &'static str> {
+        self.columns().into_iter().map(|(column, _)| column)
+    }
+
+    /// Reads what it measures as fast as the bus allows, with the time since the begin, until it is
+    /// over; returns the number of requests without an answer.
     ///
     /// # Errors
-    /// For a file that cannot be written; those of the bus, and a servo that no longer answers.
-    pub fn record(&mut self, time: Duration, sink: &mut Sink) -> Result<u64, Error> {
-        let columns: Vec<(&str, &Register)> = COLUMNS
-            .iter()
-            .filter_map(|(column, names)| {
-                let register = names.iter().find_map(|name| self.table.register(name))?;
-                Some((*column, register))
-            })
-            .collect();
+    /// Those of `each` and of the bus, and a servo that no longer answers.
+    pub fn watch(
+        &mut self,
+        is_over: impl Fn(Duration) -> bool,
+        mut each: impl FnMut(&mut Self, Duration, &[f64]) -> Result<(), Error>,
+    ) -> Result<u64, Error> {
+        let columns = self.columns();
         let fields = || columns.iter().map(|(_, register)| register.field);
         let first = fields().map(|field| field.address).min().unwrap_or(0);
         let end = fields()
             .map(|field| field.address + u16::from(field.size))
             .max();
         let length = end.map_or(0, |end| end - first) as u8;
-        sink.header(columns.iter().map(|(column, _)| (*column).to_owned()))?;
-        let (start, stop) = (Instant::now(), interrupt::stop()?);
+        let start = Instant::now();
         let (mut lost, mut in_turn) = (0, 0);
-        while start.elapsed() < time && !stop.load(Ordering::Relaxed) {
+        while !is_over(start.elapsed()) {
             let before = start.elapsed();
             match self.client.read_bytes(self.id, first, length) {
                 Ok(bytes) => {
                     in_turn = 0;
                     let at = (before + start.elapsed()) / 2;
-                    let values = columns
+                    let values: Vec<f64> = columns
                         .iter()
-                        .map(|(_, register)| self.value(register, first, &bytes));
-                    sink.row(at.as_secs_f64(), values)?;
+                        .map(|(_, register)| self.value(register, first, &bytes))
+                        .collect();
+                    each(self, at, &values)?;
                 }
                 Err(ServoError::NoAnswer(_)) if in_turn < MOST_LOST => {
                     (lost, in_turn) = (lost + 1, in_turn + 1)
@@ -294,6 +307,34 @@ impl Servo {
             }
         }
         Ok(lost)
+    }
+
+    /// Records for this time; returns the number of requests without an answer.
+    ///
+    /// # Errors
+    /// For a file that cannot be written; those of [`Servo::watch`].
+    pub fn record(&mut self, time: Duration, sink: &mut Sink) -> Result<u64, Error> {
+        sink.header(self.measured().map(str::to_owned))?;
+        let stop = interrupt::stop()?;
+        let is_over = |now| now >= time || stop.load(Ordering::Relaxed);
+        self.watch(is_over, |_, at, values| {
+            sink.row(at.as_secs_f64(), values.iter().copied())
+        })
+    }
+
+    /// Torque, temperature and errors in words.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub fn state(&mut self) -> Result<String, Error> {
+        let errors = match self.is_dynamixel() {
+            true => "hardware_error_status",
+            false => "status",
+        };
+        let is_on = self.read("torque_enable")? != 0;
+        let (temperature, errors) = (self.read("present_temperature")?, self.read(errors)?);
+        let torque = if is_on { "on" } else { "off" };
+        Ok(format!("torque {torque}, {temperature} degC, errors {errors:02X}h"))
     }
 
     /// The value of a register within bytes from an address on, in the unit of its column.

@@ -168,9 +168,9 @@ fn servos_are_found_set_moved_and_recorded_with_columns_that_identify_reads() {
         error("get goal-positon", 2, "did you mean `goal_position`?");
         error("get goal_position --node 9", 1, "servo 9 does not answer");
         error(
-            "monitor",
+            "excite",
             2,
-            "servos have the commands scan, get, set, move, stop and record",
+            "servos have the commands scan, get, set, move, stop, monitor and record",
         );
         let moved: serde_json::Value = serde_json::from_str(&text("move 30 --json")).expect("JSON");
         assert!(
@@ -193,6 +193,13 @@ fn servos_are_found_set_moved_and_recorded_with_columns_that_identify_reads() {
         assert!(text("get torque_enable").starts_with('0'));
         let recorded = served.cli.path("servo.csv").display().to_string();
         text("move -45");
+        let shown = text("monitor --for 0.3");
+        assert!(shown.contains("angle -4") && shown.contains("torque on, 2"), "{shown}");
+        let lines = text("monitor --for 0.3 --json");
+        let line: serde_json::Value =
+            serde_json::from_str(lines.lines().next().expect("a line")).expect("JSON");
+        let angle = line["angle_deg"].as_f64().expect("a number");
+        assert!((angle + 45.0).abs() < 1.0, "{line}");
         text("set goal_position=1000");
         text(&format!("record --for 1 --out {recorded}"));
         let trace = crate::Csv::parse(&served.cli.read("servo.csv"));
