@@ -334,7 +334,9 @@ impl Servo {
         let is_on = self.read("torque_enable")? != 0;
         let (temperature, errors) = (self.read("present_temperature")?, self.read(errors)?);
         let torque = if is_on { "on" } else { "off" };
-        Ok(format!("torque {torque}, {temperature} degC, errors {errors:02X}h"))
+        Ok(format!(
+            "torque {torque}, {temperature} degC, errors {errors:02X}h"
+        ))
     }
 
     /// The value of a register within bytes from an address on, in the unit of its column.

@@ -194,7 +194,10 @@ fn servos_are_found_set_moved_and_recorded_with_columns_that_identify_reads() {
         let recorded = served.cli.path("servo.csv").display().to_string();
         text("move -45");
         let shown = text("monitor --for 0.3");
-        assert!(shown.contains("angle -4") && shown.contains("torque on, 2"), "{shown}");
+        assert!(
+            shown.contains("angle -4") && shown.contains("torque on, 2"),
+            "{shown}"
+        );
         let lines = text("monitor --for 0.3 --json");
         let line: serde_json::Value =
             serde_json::from_str(lines.lines().next().expect("a line")).expect("JSON");
