@@ -104,7 +104,11 @@ impl Model {
             (ReadyToSwitchOn | SwitchedOn, 'e') => (OperationEnabled, Action::Run),
             (SwitchedOn, 's') => (ReadyToSwitchOn, Action::Off),
             (ReadyToSwitchOn | SwitchedOn, 'v' | 'q') => (SwitchOnDisabled, Action::Off),
-            (Faulty, _) if resets && fault == Fault::None => (SwitchOnDisabled, Action::Off),
+            (Faulty, _) if resets && fault == Fault::None => {
+                // A command has bit 7 clear: none of before the reset acts behind it.
+                self.command = 'v';
+                (SwitchOnDisabled, Action::Off)
+            }
             (FaultReactionActive, _) => match self.reaction {
                 Some(how) if !at_rest && fault != Fault::Immediate => {
                     (FaultReactionActive, Action::Stop(how))

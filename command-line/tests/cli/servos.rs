@@ -168,7 +168,7 @@ fn servos_are_found_set_moved_and_recorded_with_columns_that_identify_reads() {
         error("get goal-positon", 2, "did you mean `goal_position`?");
         error("get goal_position --node 9", 1, "servo 9 does not answer");
         error(
-            "excite",
+            "faults",
             2,
             "servos have the commands scan, get, set, move, stop, monitor and record",
         );
