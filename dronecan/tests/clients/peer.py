@@ -113,7 +113,20 @@ class Bench(unittest.TestCase):
 
     def restart(self):
         request = uavcan.protocol.RestartNode.Request(magic_number=uavcan.protocol.RestartNode.Request().MAGIC_NUMBER)
+        uptimes = []
+
+        def on_node_status(event):
+            if event.transfer.source_node_id == self.nodes[1]:
+                uptimes.append(event.message.uptime_sec)
+
+        handle = self.node.add_handler(uavcan.protocol.NodeStatus, on_node_status)
+        # Longer than the allocation of a node-ID takes, before which it sends no status.
+        self.spin_until(lambda: uptimes and uptimes[-1] > 4, "an uptime", 30)
+        before = uptimes[-1]
         self.assertTrue(self.request(request).ok)
+        # What it has sent before the restart may follow the response.
+        self.spin_until(lambda: uptimes[-1] < before, "an uptime after the restart", 15)
+        handle.remove()
         self.statuses.clear()
         self.spin_until(lambda: self.statuses.get(1), "a status after the restart", 15)
 
