@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Tests that need Python and are therefore not part of `cargo test`: the makers' libraries and
-# rustypot as clients of simulated servos, and of emulated boards, on a pseudo-terminal. Installs its
-# packages in target/.
+# rustypot as clients of simulated servos, and of emulated boards, on a pseudo-terminal. Installs
+# its packages in target/.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

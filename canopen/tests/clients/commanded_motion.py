@@ -118,7 +118,10 @@ class Motion(Bench):
         return struct.unpack("<I", self.sdo.upload(0x2007, 2))[0]
 
     def is_at_rest(self):
-        """Whether every angle within 0.2 s is within a count: two angles are equal on either side of an overshoot too."""
+        """Whether every angle within 0.2 s is within a count.
+
+        Two angles are equal on either side of an overshoot too.
+        """
         before, begun = self.angle(), self.sample_time()
         while (self.sample_time() - begun) % 2**32 < 200_000:
             if abs(self.angle() - before) > 88:

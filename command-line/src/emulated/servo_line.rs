@@ -1,9 +1,9 @@
 //! The one wire of a servo bus: the client and the boards.
 //!
-//! Whatever one of them sends, all others hear, and nobody hears itself. The wire keeps no time: the
-//! serial port of each board takes the time of the bytes that it sends and receives. Bytes that are
-//! sent at once do not destroy each other, as they would on a real wire; a board that transmits hears
-//! none of them.
+//! Whatever one of them sends, all others hear, and nobody hears itself. The wire keeps no time:
+//! the serial port of each board takes the time of the bytes that it sends and receives. Bytes that
+//! are sent at once do not destroy each other, as they would on a real wire; a board that transmits
+//! hears none of them.
 
 use super::transport::Transport;
 
@@ -14,7 +14,8 @@ const RECEIVE_BUFFER: usize = 256;
 const SEND_BUFFER: usize = 1 << 16;
 
 /// Time between the bytes of a board and those of the client, ns: less than an adapter and the
-/// operating system need. The client itself takes real time, in which the emulation may stand still.
+/// operating system need. The client itself takes real time, in which the emulation may stand
+/// still.
 const TURNAROUND_NS: u64 = 100_000;
 
 /// The wire.

@@ -7,8 +7,8 @@
 //!
 //! Bytes are received, and answered, above the communication ([`ServoBus::receive`],
 //! [`ServoBus::elapsed`]); the communication exchanges the registers with the drive
-//! ([`ServoBus::exchange`]). While the bus is in use it alone commands the drive: CANopen reads, sets
-//! parameters, and may end the motion.
+//! ([`ServoBus::exchange`]). While the bus is in use it alone commands the drive: CANopen reads,
+//! sets parameters, and may end the motion.
 
 mod dynamixel;
 mod feetech;

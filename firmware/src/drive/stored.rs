@@ -222,8 +222,8 @@ impl StoredParameters {
         }
     }
 
-    /// Restores the defaults of a group; node-ID, bit rate, protocol and servo bus stay, or a client
-    /// would lose the device, and so does the service password.
+    /// Restores the defaults of a group; node-ID, bit rate, protocol and servo bus stay, or a
+    /// client would lose the device, and so does the service password.
     pub(super) fn restore(&mut self, group: ParameterGroup) {
         if group.has_communication() {
             self.has_communication = false;

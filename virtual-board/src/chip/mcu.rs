@@ -179,8 +179,8 @@ impl Chip {
     }
 }
 
-/// Discards what the peer sends to a receiver that is off, as while the program transmits on the one
-/// wire of the servo bus. rigless keeps it until the receiver is on; its model of the STM32H743
+/// Discards what the peer sends to a receiver that is off, as while the program transmits on the
+/// one wire of the servo bus. rigless keeps it until the receiver is on; its model of the STM32H743
 /// discards it.
 fn lose_unheard(usart: &mut Usart, registers: &RegisterFile, now: VirtualNanos) {
     let control = registers.get(usart6::Register::Cr1);

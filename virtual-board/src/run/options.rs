@@ -27,9 +27,9 @@ pub struct Options {
     pub contents: Vec<(u64, Vec<u8>)>,
     /// Whether the trace keeps its rows; otherwise it only computes their hash.
     pub keeps_trace: bool,
-    /// Whether [`Script::at_poll`](super::Script::at_poll) is called at every stop of the run: those
-    /// of the plant, four in each PWM period, and those of a shared bus. A script that exchanges
-    /// bytes with the servo bus is late by less than 1 ms then, without further stops.
+    /// Whether [`Script::at_poll`](super::Script::at_poll) is called at every stop of the run:
+    /// those of the plant, four in each PWM period, and those of a shared bus. A script that
+    /// exchanges bytes with the servo bus is late by less than 1 ms then, without further stops.
     pub polls_at_stops: bool,
     /// Whether the core has its memory protection unit: a run takes some sixty times longer.
     pub protects_memory: bool,

@@ -1,5 +1,5 @@
-//! TIM5 counts microseconds once: the return delay of the servo bus, and how long it waits for other
-//! servos (RM0090, chapter 18; RM0433, chapter 39).
+//! TIM5 counts microseconds once: the return delay of the servo bus, and how long it waits for
+//! other servos (RM0090, chapter 18; RM0433, chapter 39).
 
 use crate::{chip::pac::TIM5, peripherals::timing::APB1_TIMER_HZ};
 

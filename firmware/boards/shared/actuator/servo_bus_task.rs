@@ -14,7 +14,8 @@ pub enum LineEvent<'a> {
     Transmitted,
 }
 
-/// Time after which a line on which bytes are received is looked at again, us: a byte at 9,600 bit/s.
+/// Time after which a line on which bytes are received is looked at again, us: a byte at 9,600
+/// bit/s.
 const RECEIVING_US: u32 = 1042;
 
 /// An event of the line: bytes were received up to a pause, or the answer was transmitted.

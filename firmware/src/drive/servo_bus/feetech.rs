@@ -1,5 +1,5 @@
-//! The control table of an STS servo, with the loop of the board: gains, dead zones and the starting
-//! force have no effect, nor has the mode of the duty, and a braked torque is off.
+//! The control table of an STS servo, with the loop of the board: gains, dead zones and the
+//! starting force have no effect, nor has the mode of the duty, and a braked torque is off.
 
 use canopen::cia402::Ramp;
 use servo_bus::feetech::{Control, Framing, Measured, Server, Taken, mode, status};
@@ -47,7 +47,7 @@ impl Feetech {
     }
 
     /// The angle is known. What was written before moves nothing.
-    fn begin(&mut self, shaft: i32) -> Control {
+    fn start(&mut self, shaft: i32) -> Control {
         let mut control = Control::new(&mut self.server.memory, shaft);
         control.take(&mut self.server, shaft);
         control.turn_off(&mut self.server.memory);
@@ -99,7 +99,7 @@ impl Servo for Feetech {
         let shaft = self.shaft;
         let mut control = match self.control {
             Some(control) => control,
-            None => self.begin(shaft),
+            None => self.start(shaft),
         };
         let mut taken = core::mem::take(&mut self.taken);
         let memory = &mut self.server.memory;

@@ -147,8 +147,8 @@ impl Sensed {
         self.faults.without(LOAD).is_empty()
     }
 
-    /// The way to a goal, no further from the shaft than is permitted: a shaft that is held back with
-    /// a limited torque, as a grip, is no fault.
+    /// The way to a goal, no further from the shaft than is permitted: a shaft that is held back
+    /// with a limited torque, as a grip, is no fault.
     pub fn within_reach(&self, ramp: Ramp) -> Ramp {
         let Some(room) = self.room_mdeg else {
             return ramp;

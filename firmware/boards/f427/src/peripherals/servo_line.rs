@@ -1,8 +1,8 @@
 //! The servo bus: USART1 with one wire, half duplex (RM0090, chapter 30), and its streams of DMA2.
 //!
 //! The stream of the receiver writes a ring of bytes, as the tasks of the loop delay this one for
-//! longer than a byte takes. A pause of one byte ends what is received. The receiver is off while an
-//! answer is transmitted: it would hear it.
+//! longer than a byte takes. A pause of one byte ends what is received. The receiver is off while
+//! an answer is transmitted: it would hear it.
 
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 
@@ -125,8 +125,8 @@ impl ServoLine {
         if !status.idle().bit() {
             return LineEvent::None;
         }
-        // Behind the read of the status, this clears its flags. The stream has taken the bytes before
-        // the pause; one that arrives in this instant may be lost, with its packet.
+        // Behind the read of the status, this clears its flags. The stream has taken the bytes
+        // before the pause; one that arrives in this instant may be lost, with its packet.
         let _ = self.usart.dr().read();
         let (end, mut length) = (self.end(), 0);
         while self.taken != end {

@@ -15,8 +15,8 @@ use crate::{
 /// Bytes of the longest packet, and of the longest answer.
 const BYTES: usize = 1024;
 
-/// Thresholds of the FIFOs (section 48.8.4): the receiver's interrupts from 4 bytes on, 40 us before
-/// it is full at 3 Mbit/s; the transmitter's when 8 are left.
+/// Thresholds of the FIFOs (section 48.8.4): the receiver's interrupts from 4 bytes on, 40 us
+/// before it is full at 3 Mbit/s; the transmitter's when 8 are left.
 const QUARTER: u8 = 0b001;
 const HALF: u8 = 0b010;
 
