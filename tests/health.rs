@@ -197,3 +197,55 @@ fn friction_that_grows_by_a_fifth_warns_and_the_same_friction_does_not() {
         assert_eq!(worn.read(WARNINGS), 0);
     }
 }
+
+/// Resistance of the supply, and its level.
+const SUPPLY: [(u16, u8); 2] = [(0x2052, 9), (0x2053, 7)];
+/// Play, and its level.
+const PLAY: [(u16, u8); 2] = [(0x2052, 10), (0x2053, 8)];
+
+#[test]
+fn play_is_found_within_a_count_of_the_encoder_and_warns() {
+    for play_mdeg in [100, 300, 500, 1_000, 2_000] {
+        for seed in 0..3 {
+            let mut options = BoardPlantOptions::realistic(seed);
+            options.drivetrain.gear_train.backlash_deg = f64::from(play_mdeg) / 1e3;
+            let mut bench = Bench::new(&options);
+            let [play, level] = PLAY;
+            bench.write(level, play_mdeg / 2, 2);
+            bench.enable();
+            bench.move_to_and_fro(3);
+            assert_eq!(bench.read(play), 0, "not known yet");
+            bench.move_to_and_fro(7);
+            // Warnings are determined once a second.
+            bench.run(250);
+            let found = bench.read(play);
+            let count_mdeg = 88;
+            let off_mdeg = (found - play_mdeg).abs();
+            assert!(off_mdeg < count_mdeg, "{found} of {play_mdeg} mdeg");
+            assert_eq!(bench.emergencies, [(WARNING, 0xC5)]);
+        }
+    }
+}
+
+#[test]
+fn a_supply_with_bad_contacts_is_found_within_a_quarter_and_warns() {
+    for source_mohm in [50, 100, 300, 1_000] {
+        for seed in 0..3 {
+            let mut options = BoardPlantOptions::realistic(seed);
+            options.supply.source_resistance_ohm = f64::from(source_mohm) / 1e3;
+            let mut bench = Bench::new(&options);
+            let [supply, level] = SUPPLY;
+            bench.write(level, source_mohm / 2, 2);
+            bench.enable();
+            assert_eq!(bench.read(supply), 0, "not known yet");
+            bench.move_to_and_fro(10);
+            bench.run(250);
+            let found = bench.read(supply);
+            // The winding's current rises within 0.13 ms, and the capacitor follows within 47 us at
+            // 0.1 ohm and 0.47 ms at 1 ohm: the sag lags behind the current of the sample.
+            let range = source_mohm * 3 / 4..source_mohm * 21 / 20;
+            assert!(range.contains(&found), "{found} of {source_mohm} mohm");
+            assert_eq!(bench.emergencies, [(WARNING, 0xC4)]);
+        }
+    }
+}

@@ -320,6 +320,7 @@ impl Application {
         t.current_ma = measured
             .current
             .map_or(t.current_ma, |current| current.mean_ma);
+        t.sampled_ma = measured.sampled_ma.unwrap_or(t.sampled_ma);
         t.back_emf_mv = measured.back_emf_mv.unwrap_or(t.back_emf_mv);
         t.supply_mv = measured.supply_mv.unwrap_or(t.supply_mv);
         t.temperature_mdeg_c = measured.temperature_mdeg_c.unwrap_or(t.temperature_mdeg_c);

@@ -34,6 +34,16 @@ impl<T: Hash> Checked<T> {
         }
     }
 
+    /// Becomes a message of this content, in place.
+    pub fn replace(&mut self, value: &T)
+    where
+        T: Copy,
+    {
+        self.value = *value;
+        self.check = check_value(value);
+        self.changes = 0;
+    }
+
     /// The content, unless it differs from its check value.
     pub fn get(&self) -> Option<&T> {
         (check_value(&self.value) == self.check).then_some(&self.value)

@@ -19,9 +19,13 @@
 //! a slow decay, the mean over the control period is greater by `(E/R) (window + L/R)/period`.
 //! Therefore a friction is comparable with that of the same motions only.
 
+mod play;
+mod supply;
+
 use canopen::cia402::Mode;
 use model_core::{control::encoder_word::Magnet, time::CONTROL_RATE_HZ};
 
+use self::{play::Play, supply::Supply};
 use crate::{
     application::{BoardState, Outputs},
     parameters::{HealthSettings, ModelSettings},
@@ -30,6 +34,9 @@ use crate::{
 
 /// Least rate of a motion, deg/s: two counts of the encoder in a control period.
 const LEAST_DEG_S: f32 = 40.0;
+
+/// The motor is at rest below this share of the least rate: 5 deg/s.
+const REST_SHARE: i32 = 8;
 
 /// Back-EMF at the least rate, mV, by the motor parameters 2011h. Not inlined: its constants would
 /// lie behind the reset that ends its caller, where the bound of the stack expects instructions.
@@ -61,6 +68,11 @@ impl Mean {
         let value = value.clamp(-GREATEST, GREATEST) << FRACTION;
         // The count is not 0.
         self.0 += (value - self.0) / i32::from(count.max(1));
+    }
+
+    /// In whole units.
+    fn whole(self) -> i32 {
+        self.0 >> FRACTION
     }
 
     /// In tenths; a mean is 2^27 at most.
@@ -95,6 +107,8 @@ pub struct Health {
     /// Back-EMF of the control period before, mV.
     last_mv: i32,
     results: Option<Results>,
+    supply: Supply,
+    play: Play,
     warnings: u8,
     /// The baseline of friction and constant with which the means have begun.
     baseline: (u16, u32),
@@ -136,11 +150,22 @@ pub enum Warning {
     Load = 2,
     /// A weak magnet.
     Magnet = 3,
+    /// Resistance of the supply.
+    Supply = 4,
+    /// Play between motor and shaft.
+    Play = 5,
 }
 
 impl Warning {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Friction, Self::Constant, Self::Load, Self::Magnet];
+    pub const ALL: [Self; 6] = [
+        Self::Friction,
+        Self::Constant,
+        Self::Load,
+        Self::Magnet,
+        Self::Supply,
+        Self::Play,
+    ];
 
     /// Its bit.
     pub fn bit(self) -> u8 {
@@ -163,6 +188,10 @@ impl Health {
         if t.tick.is_multiple_of(CONTROL_RATE_HZ) {
             self.warnings = self.compare(settings);
         }
+        let is_measured = outputs.state != BoardState::Initialising;
+        if is_measured && t.present.is_empty() {
+            self.supply.observe(t);
+        }
         // A torque ends a motion at any rate.
         let is_torque = matches!(
             outputs.motion.mode,
@@ -170,13 +199,16 @@ impl Health {
         );
         if outputs.state != BoardState::Enabled || !t.present.is_empty() || is_torque {
             self.is_moving = false;
+            self.play.interrupt();
             return;
         }
         self.readings = self.readings.saturating_add(1).min(LENGTH);
         let is_weak = t.magnet == Magnet::Marginal;
         self.weak.take(i32::from(is_weak) * 1000, self.readings);
         let mean_mv = (t.back_emf_mv + core::mem::replace(&mut self.last_mv, t.back_emf_mv)) / 2;
-        let is_moving = mean_mv.abs() > least_mv(model);
+        let least_mv = least_mv(model);
+        (self.play).observe(mean_mv, least_mv / REST_SHARE, t.angle);
+        let is_moving = mean_mv.abs() > least_mv;
         let was_moving = core::mem::replace(&mut self.is_moving, is_moving);
         if self.is_moving {
             let (way, sign) = if mean_mv > 0 {
@@ -205,7 +237,17 @@ impl Health {
 
     /// Share of the control periods in which the magnet is weak, thousandths.
     pub fn weak(&self) -> i32 {
-        self.weak.0 >> FRACTION
+        self.weak.whole()
+    }
+
+    /// Resistance of the supply, mohm; `None` before there are enough values.
+    pub fn supply(&self) -> Option<i32> {
+        self.supply.resistance()
+    }
+
+    /// Play between motor and shaft, mdeg; `None` before there are enough motions.
+    pub fn play(&self) -> Option<i32> {
+        self.play.mdeg()
     }
 
     /// Change of the friction from its baseline, thousandths; `None` without one.
@@ -237,6 +279,8 @@ impl Health {
                 settings.load_level,
             ),
             (Warning::Magnet, Some(self.weak()), settings.magnet_level),
+            (Warning::Supply, self.supply(), settings.supply_level),
+            (Warning::Play, self.play(), settings.play_level),
         ];
         let mut warnings = 0;
         for (warning, difference, level) in compared {

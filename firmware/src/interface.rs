@@ -314,6 +314,8 @@ pub struct Telemetry {
     pub duty: Percent,
     /// Motor current, mA.
     pub current_ma: i32,
+    /// The sample of the motor current in the on time, near its peak, mA.
+    pub sampled_ma: i32,
     /// Back-EMF, mV.
     pub back_emf_mv: i32,
     /// Supply voltage, mV.

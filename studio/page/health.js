@@ -14,6 +14,8 @@ const QUANTITIES = [
   { id: 'load', name: 'Load', unit: 'mA', now: '2052:2', level: '2053:5', by: 10, levelBy: 10, levelUnit: 'mA', bit: 2, needsMotion: true },
   { id: 'constant', name: 'Back-EMF constant', unit: 'mV s/deg', now: '2052:3', baseline: '2053:2', change: '2052:7', level: '2053:4', by: 1000, bit: 1, needsMotion: true },
   { id: 'magnet', name: 'Weak magnet', unit: '%', now: '2052:5', level: '2053:6', by: 10, levelBy: 10, levelUnit: '%', bit: 3 },
+  { id: 'supply', name: 'Supply resistance', unit: 'mΩ', now: '2052:9', level: '2053:7', by: 1, levelBy: 1, levelUnit: 'mΩ', bit: 4, isZeroUnknown: true },
+  { id: 'play', name: 'Play', unit: 'deg', now: '2052:10', level: '2053:8', by: 1000, levelBy: 1000, levelUnit: 'deg', bit: 5, isZeroUnknown: true },
 ];
 const SAMPLES = '2052:4', WARNINGS = '2052:8', LEAST_SAMPLES = 1024;
 const OBJECTS = [...new Set(QUANTITIES.flatMap(({ now, baseline, change, level }) => [now, baseline, change, level].filter(Boolean))), SAMPLES, WARNINGS];
@@ -48,7 +50,7 @@ export const healthCard = () => {
     const samples = values[SAMPLES];
     rows.forEach((row, i) => {
       const { cells, by, bit, levelBy = 10, levelUnit = '%' } = row;
-      const isKnown = !row.needsMotion || samples >= LEAST_SAMPLES, level = values[row.level];
+      const isKnown = row.needsMotion ? samples >= LEAST_SAMPLES : !row.isZeroUnknown || values[row.now] > 0, level = values[row.level];
       const now = isKnown ? values[row.now] / by : null, baseline = row.baseline ? values[row.baseline] : 0;
       say(cells.now, now == null ? 'not known yet' : `${short(now)} ${row.unit}`);
       say(cells.baseline, baseline ? `${short(baseline / by)} ${row.unit}` : '–');
@@ -69,7 +71,7 @@ export const healthCard = () => {
   };
   const columns = ['Quantity', ...['Baseline', 'Now', 'Change', 'Samples', 'Level'].map(name => ({ name, number: true })), 'Warning'];
   const element = h('section', { class: 'card', id: 'means' }, h('header', {}, h('h2', {}, 'Health')),
-    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 6 are among the parameters.'),
+    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 8 are among the parameters.'),
     table(columns, h('tbody', {}, rows.map(({ name, cells, warning }) => h('tr', {}, h('td', {}, name), ...Object.values(cells), warning)))),
     plots, h('div', { class: 'row' }, saving(plots, 'health')));
   return {

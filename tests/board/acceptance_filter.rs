@@ -11,8 +11,9 @@ use virtual_board::run::{Flow, Options, Script, View};
 const PAUSE: u64 = 5;
 
 /// PWM periods, 1 ms each, from a flip to the next frame of [`driven`]: the longest pause between
-/// two calls that correct the filter.
-const CORRECTED_PERIODS: u64 = 3;
+/// two corrections of the filter, and two more, since a frame that ends in the microsecond in which
+/// its bank is corrected is lost.
+const CORRECTED_PERIODS: u64 = 6;
 
 const IDENTIFIER_BITS: u32 = 28 * 32;
 const BANKS: u32 = 14;
@@ -55,7 +56,7 @@ impl<I: Iterator<Item = FilterBit> + Send> Script for Flips<I> {
 }
 
 #[test]
-fn a_flip_of_any_bit_of_the_acceptance_filter_is_corrected_within_3_ms() {
+fn a_flip_of_any_bit_of_the_acceptance_filter_is_corrected_within_6_ms() {
     const BITS: u64 = (IDENTIFIER_BITS + BANKS) as u64;
     const LAST: u64 = ENABLED_TICK + PAUSE * BITS;
     for chip in [ChipKind::F427, ChipKind::H743] {

@@ -172,6 +172,9 @@ impl<'a> Device<'a> {
     fn report_health(&mut self) {
         let warnings = self.drive.health.warnings();
         let changed = core::mem::replace(&mut self.warnings, warnings) ^ warnings;
+        if changed == 0 {
+            return;
+        }
         for warning in Warning::ALL
             .into_iter()
             .filter(|it| changed & it.bit() != 0)

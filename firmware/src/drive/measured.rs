@@ -41,6 +41,12 @@ fn short(value: i32) -> u64 {
     signed(value.max(i32::from(i16::MIN)).min(i32::from(i16::MAX)))
 }
 
+/// An unsigned integer that saturates at 16 bits; 0 if it is not known.
+fn magnitude(value: Option<i32>) -> u64 {
+    let value = value.unwrap_or(0).max(0);
+    value.min(i32::from(u16::MAX)) as u64
+}
+
 /// The bit of 60FDh of the servo pulse; bits 0 to 3 are switches, which the board does not have.
 const SERVO_PULSE_INPUT: u32 = 16;
 
@@ -142,10 +148,7 @@ impl Drive<'_> {
             Measured::OverrunsCounter => self.counter(Counter::Overruns),
             Measured::CurrentImplausibleCounter => self.counter(Counter::CurrentImplausible),
             Measured::MotorPolarityCounter => self.counter(Counter::MotorPolarity),
-            Measured::HealthFriction => self
-                .health
-                .results()
-                .map_or(0, |it| it.friction.max(0).min(u16::MAX.into()) as u64),
+            Measured::HealthFriction => magnitude(self.health.results().map(|it| it.friction)),
             Measured::HealthLoad => {
                 short(sign().velocity * self.health.results().map_or(0, |it| it.load))
             }
@@ -165,6 +168,8 @@ impl Drive<'_> {
                     .constant_change(&self.values.health)
                     .unwrap_or(0),
             ),
+            Measured::HealthSupply => magnitude(self.health.supply()),
+            Measured::HealthPlay => magnitude(self.health.play()),
             Measured::HealthWarnings => u64::from(self.health.warnings()),
             Measured::SerialNumber => u64::from(board.serial_number),
             Measured::ProgramIdentity => u64::from(self.program_identity()),

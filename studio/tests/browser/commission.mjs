@@ -125,12 +125,13 @@ try {
   await request(other, 'write', { node: 1, object: '2053:6', value: '500' });
   await other.show('faults');
   const health = () => other.evaluate("[...document.querySelectorAll('#means tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))");
-  await other.until("document.querySelector('#means tbody tr').cells[1].textContent.endsWith('mA') && document.querySelectorAll('#health-plots canvas').length === 4");
-  const [friction, load, constant, magnet] = await health();
+  await other.until("document.querySelector('#means tbody tr').cells[1].textContent.endsWith('mA') && document.querySelectorAll('#health-plots canvas').length === 6");
+  const [friction, load, constant, magnet, , play] = await health();
   assert.equal(friction[1], `${found['2053:1'] / 10} mA`);
   assert.deepEqual(friction.slice(2), ['not known yet', '–', '0', 'off', 'off']);
   assert.equal(load[1], '–');
   assert.equal(parseFloat(constant[1]), +(found['2053:2'] / 1000).toPrecision(5));
+  assert.deepEqual(play.slice(4), ['–', 'off', 'off']);
   assert.deepEqual(magnet.slice(2), ['0 %', '–', '–', '50 %', 'none']);
   await other.until("document.querySelector('#health-plots .uplot').chart.data[0].length > 2");
   await other.picture('health', true);

@@ -24,6 +24,9 @@ use crate::peripherals::Acceptance;
 /// downloaded lies there until it is staged.
 pub const CAPTURE_WORDS: usize = 44 * 1024;
 
+/// NMT state and node-ID, with CANopen or with DroneCAN.
+type Identity = (NmtState, Option<NodeId>, Option<u8>);
+
 /// Node, drive, and their connections to the other tasks.
 pub struct CommTask {
     device: &'static mut Device<'static>,
@@ -35,6 +38,8 @@ pub struct CommTask {
     /// The filter of the frames that the controller receives.
     acceptance: Acceptance,
     accepted_ids: AcceptedIds,
+    /// That with which they were determined.
+    identity: Identity,
     /// Number of the PWM period of the last cycle, and its time, us.
     last_cycle: (u32, u64),
     /// Cycles in which process data has waited without a frame leaving the board, and the number of
@@ -63,6 +68,7 @@ impl CommTask {
             set_to_save: Some(set_to_save),
             acceptance,
             accepted_ids,
+            identity: (NmtState::Initialising, None, None),
             last_cycle: (0, 0),
             waited: (0, 0),
             has_backlog: false,
@@ -81,14 +87,15 @@ impl CommTask {
             &mut impl rtic::Mutex<T = Option<&'static mut ServoBus>>,
         ),
     ) -> bool {
-        if let Some(outputs) = self.reader.take(telemetry) {
+        let outputs = self.reader.take(telemetry);
+        let is_first = outputs.is_some();
+        if let Some(outputs) = outputs {
             self.device.observe(outputs);
             self.update_diagnostics();
         }
         let now_us = self.time_us(period);
         self.discard_stale();
         self.has_backlog = self.queues.process_data.len() > 0;
-        let identity = self.identity();
         let has_service = process_frames(self, now_us);
         servo_bus.lock(|bus| {
             if let Some(bus) = bus {
@@ -99,17 +106,21 @@ impl CommTask {
         self.exchange_with_updater();
         self.forward_bit_rate();
         // Only a service, or its end, changes the identifiers.
-        if has_service || self.identity() != identity {
+        let identity = self.identity();
+        let is_changed = has_service || identity != self.identity;
+        if is_changed {
+            self.identity = identity;
             self.accepted_ids = AcceptedIds::of(self.device);
         }
-        // In every cycle: it restores a register that has changed.
-        self.acceptance.set(&self.accepted_ids);
+        // In every control period: it restores a register that has changed.
+        if is_changed || is_first {
+            self.acceptance.set(&self.accepted_ids);
+        }
         self.poster.post(&self.device.drive.messages, mailboxes);
         self.queues.to_transmit.len() > 0 || self.queues.process_data.len() > 0
     }
 
-    /// NMT state and node-ID, with CANopen or with DroneCAN.
-    fn identity(&self) -> (NmtState, Option<NodeId>, Option<u8>) {
+    fn identity(&self) -> Identity {
         let node = self.device.node();
         let dronecan = self.device.dronecan().and_then(|node| node.node_id());
         (node.state(), node.node_id(), dronecan)

@@ -140,7 +140,7 @@ impl Telemetry {
 
     /// Publishes the outputs of a control period.
     pub fn publish(&mut self, outputs: &Outputs) {
-        *self.outputs = Checked::new(*outputs);
+        self.outputs.replace(outputs);
         self.is_new = true;
     }
 }

@@ -1,0 +1,204 @@
+//! The lost motion between motor and shaft: play of the gears, and their elasticity under friction.
+//!
+//! A motion that begins against the way of the last one first takes up the play: the motor turns,
+//! and the shaft does not. The integral of the back-EMF is the motor's way, so
+//!
+//! ```text
+//! play = E(first)/K - travel(first)     K = (E(second) - E(first))/(travel(second) - travel(first))
+//! ```
+//!
+//! with the integrals until the shaft has travelled a first and a second angle. `K` is that of the
+//! same motion: the play is not in it, and an offset of the back-EMF acts in both. What is left of
+//! the offset cancels in the mean of both ways. A load that presses the gears to one side hides the
+//! play.
+
+use super::Mean;
+use crate::timing::thousandths;
+use model_core::control::units::Angle;
+
+/// The first and the second angle of a motion, mdeg.
+const FIRST_MDEG: i32 = 8_000;
+const SECOND_MDEG: i32 = 24_000;
+
+/// Control periods below the least back-EMF after which the motor is at rest: 0.1 s.
+const REST: u8 = 25;
+
+/// Motions of a mean, and those of each way after which it is known.
+const LENGTH: u16 = 32;
+const ENOUGH: u16 = 4;
+
+/// The motion under way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Motion {
+    /// The motor is at rest.
+    #[default]
+    None,
+    /// Since it has begun to turn from an angle: the sum of the back-EMF, mV times control periods,
+    /// in its direction; the same with the travel, mdeg, at the first angle.
+    Runs {
+        from: Angle,
+        sum: i32,
+        first: Option<(i32, i32)>,
+    },
+    /// No more is taken from it.
+    Done,
+}
+
+/// The mean of one way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Way {
+    count: u16,
+    mdeg: Mean,
+}
+
+/// The lost motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Play {
+    motion: Motion,
+    /// The direction of the motion, or of the last one; 0 before the first.
+    sign: i32,
+    rest: u8,
+    /// The angle at the end of the control period before.
+    angle: Angle,
+    positive: Way,
+    negative: Way,
+}
+
+impl Play {
+    /// Nothing is taken from the present motion, which has no measurements.
+    pub fn interrupt(&mut self) {
+        self.motion = Motion::Done;
+        self.sign = 0;
+    }
+
+    /// Takes the mean back-EMF of a control period, mV, and the angle at its end. Below `least_mv`
+    /// the motor is at rest.
+    pub fn observe(&mut self, mean_mv: i32, least_mv: i32, angle: Angle) {
+        let from = core::mem::replace(&mut self.angle, angle);
+        if mean_mv.abs() < least_mv {
+            self.rest = self.rest.saturating_add(1).min(REST);
+            if self.rest == REST {
+                self.motion = Motion::None;
+            }
+        } else {
+            self.rest = 0;
+            let sign = mean_mv.signum();
+            let before = core::mem::replace(&mut self.sign, sign);
+            if self.motion == Motion::None && before == -sign {
+                self.motion = Motion::Runs {
+                    from,
+                    sum: 0,
+                    first: None,
+                };
+            } else if before != sign {
+                self.motion = Motion::Done;
+            }
+        }
+        if let Motion::Runs { from, sum, first } = &mut self.motion {
+            *sum = sum.saturating_add(self.sign * mean_mv);
+            let travel = self.sign * thousandths(angle - *from);
+            match first {
+                None if travel >= FIRST_MDEG => *first = Some((*sum, travel)),
+                Some(first) if travel >= SECOND_MDEG => {
+                    let play = play(*first, (*sum, travel));
+                    self.take(play);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Takes the play of the present motion, mdeg, which is then done.
+    fn take(&mut self, mdeg: i32) {
+        let way = if self.sign > 0 {
+            &mut self.positive
+        } else {
+            &mut self.negative
+        };
+        way.count = way.count.saturating_add(1).min(LENGTH);
+        way.mdeg.take(mdeg, way.count);
+        self.motion = Motion::Done;
+    }
+
+    /// The play, mdeg; `None` before there are enough motions.
+    pub fn mdeg(&self) -> Option<i32> {
+        let Self {
+            positive, negative, ..
+        } = self;
+        let is_known = positive.count.min(negative.count) >= ENOUGH;
+        is_known.then(|| positive.mdeg.whole().midpoint(negative.mdeg.whole()))
+    }
+}
+
+/// The play, mdeg, from sums of the back-EMF and travels until the first and the second angle.
+fn play((sum_1, travel_1): (i32, i32), (sum_2, travel_2): (i32, i32)) -> i32 {
+    let motor = i64::from(sum_1) * i64::from(travel_2 - travel_1);
+    // A sum that has not grown: the back-EMF was not measured.
+    let motor = motor.checked_div(i64::from(sum_2 - sum_1));
+    motor.map_or(0, |motor| motor as i32 - travel_1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::timing::angle_of_mdeg;
+
+    /// Motions to and fro at 100 deg/s with this play, mdeg, an offset of the back-EMF, mV, and
+    /// 20 mV s/deg.
+    fn moved(play_mdeg: i32, offset_mv: i32, mut rest: impl FnMut(u32) -> u32) -> Play {
+        let (mut play, mut shaft_mdeg) = (Play::default(), 0);
+        for motion in 0..17 {
+            let sign = if motion % 2 == 0 { 1 } else { -1 };
+            let mut gap_mdeg = play_mdeg;
+            for _ in 0..75 {
+                // 0.4 deg in a control period, first in the play.
+                let in_gap = gap_mdeg.min(400);
+                gap_mdeg -= in_gap;
+                shaft_mdeg += sign * (400 - in_gap);
+                play.observe(sign * 2000 + offset_mv, 100, angle_of_mdeg(shaft_mdeg));
+            }
+            for _ in 0..rest(motion) {
+                play.observe(offset_mv, 100, angle_of_mdeg(shaft_mdeg));
+            }
+        }
+        play
+    }
+
+    #[test]
+    fn the_way_that_the_motor_turns_alone_is_the_play_whatever_the_offset() {
+        for (play_mdeg, offset_mv) in [(0, 0), (200, 0), (1_000, 0), (1_000, 80), (3_000, -80)] {
+            let found = moved(play_mdeg, offset_mv, |_| 50).mdeg();
+            // A back-EMF of the other K by the offset: 4 % of the play at most, of both signs.
+            let off = found.expect("eight motions each way") - play_mdeg;
+            assert!(off.abs() <= 2, "{play_mdeg}, {offset_mv}: {found:?}");
+        }
+    }
+
+    #[test]
+    fn a_motion_that_does_not_begin_at_rest_shows_no_play() {
+        assert_eq!(moved(1_000, 0, |_| 10).mdeg(), None);
+        // The first motions each way are not counted: they have none against them.
+        assert_eq!(
+            moved(1_000, 0, |it| if it < 8 { 50 } else { 0 }).mdeg(),
+            Some(1_000)
+        );
+        assert_eq!(
+            moved(1_000, 0, |it| if it < 7 { 50 } else { 0 }).mdeg(),
+            None
+        );
+    }
+
+    #[test]
+    fn an_interrupted_motion_shows_no_play() {
+        let mut play = moved(1_000, 0, |_| 50);
+        let before = play;
+        play.interrupt();
+        for step in 0..100 {
+            play.observe(-2000, 100, angle_of_mdeg(-400 * step));
+        }
+        assert_eq!(
+            (play.positive, play.negative),
+            (before.positive, before.negative)
+        );
+    }
+}

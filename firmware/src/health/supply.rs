@@ -1,0 +1,130 @@
+//! The resistance of the supply with its leads and contacts.
+//!
+//! Current and supply are sampled together in the middle of the on time, in which the bridge draws
+//! the winding's current: `supply = open - R current`. The mean supply with a current, against that
+//! without one, gives `R`; both are of the last seconds, so the slow discharge of a battery cancels.
+//! On times below a quarter do not count: the capacitor at the bridge (470 uF) then gives a part of
+//! the current. What it gives later makes the result up to a quarter too low.
+
+use super::Mean;
+use crate::interface::Telemetry;
+use model_core::control::units::Percent;
+
+/// Least duty of a load, and greatest of an idle bridge.
+const LOADED_DUTY: Percent = Percent::from_int(25);
+const IDLE_DUTY: Percent = Percent::from_int(5);
+
+/// Least current of a load, mA.
+const LEAST_MA: i32 = 100;
+
+/// Control periods of a mean: 2 s.
+const LENGTH: u16 = 512;
+
+/// Control periods, each with and without a load, after which the resistance is known: 1 s.
+const ENOUGH: u16 = 256;
+
+/// Means of supply and current.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Means {
+    count: u16,
+    supply: Mean,
+    current: Mean,
+}
+
+impl Means {
+    fn take(&mut self, supply_mv: i32, current_ma: i32) {
+        self.count = self.count.saturating_add(1).min(LENGTH);
+        self.supply.take(supply_mv, self.count);
+        self.current.take(current_ma, self.count);
+    }
+}
+
+/// The supply with and without a load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct Supply {
+    /// The duty while the present measurements were sampled.
+    duty: Percent,
+    idle: Means,
+    loaded: Means,
+}
+
+impl Supply {
+    /// Takes the measurements of a control period.
+    pub fn observe(&mut self, t: &Telemetry) {
+        let duty = core::mem::replace(&mut self.duty, t.duty);
+        let (duty, drawn_ma) = if duty < Percent::ZERO {
+            (-duty, -t.sampled_ma)
+        } else {
+            (duty, t.sampled_ma)
+        };
+        if duty >= LOADED_DUTY && drawn_ma >= LEAST_MA {
+            self.loaded.take(t.supply_mv, drawn_ma);
+        } else if duty <= IDLE_DUTY {
+            // What the winding still carries circulates in the bridge.
+            self.idle.take(t.supply_mv, 0);
+        }
+    }
+
+    /// The resistance, mohm; `None` before there are enough values.
+    pub fn resistance(&self) -> Option<i32> {
+        let Self { idle, loaded, .. } = self;
+        if idle.count.min(loaded.count) < ENOUGH {
+            return None;
+        }
+        let sag = i64::from(idle.supply.0) - i64::from(loaded.supply.0);
+        Some((sag * 1000).checked_div(loaded.current.0.into())? as i32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use model_core::control::units::percent;
+
+    /// Takes a control period with this duty, %, and what is sampled in it.
+    fn observe(supply: &mut Supply, duty_pct: i32, sampled_ma: i32, supply_mv: i32) {
+        supply.duty = Percent::from_int(duty_pct);
+        supply.observe(&Telemetry {
+            sampled_ma,
+            supply_mv,
+            ..Telemetry::default()
+        });
+    }
+
+    #[test]
+    fn the_supply_under_load_against_that_without_is_the_resistance() {
+        for sign in [1, -1] {
+            let mut supply = Supply::default();
+            for period in 0..512 {
+                // 0.2 ohm, and a battery that loses 100 mV meanwhile.
+                let (duty_pct, current_ma) = if period % 2 == 0 { (0, 0) } else { (40, 500) };
+                let supply_mv = 7_000 - period / 5 - current_ma / 5;
+                observe(&mut supply, sign * duty_pct, sign * current_ma, supply_mv);
+                assert_eq!(supply.resistance().is_some(), period >= 511);
+            }
+            // A mean has steps of 2^-13 of its unit, times its length: 0.03 mV of 100.
+            let found = supply.resistance().expect("256 values of both");
+            assert!((found - 200).abs() <= 1, "{found}");
+        }
+    }
+
+    #[test]
+    fn currents_of_short_on_times_and_those_that_brake_are_no_load() {
+        let mut supply = Supply::default();
+        for (duty_pct, sampled_ma) in [(20, 500), (-40, 500), (40, 50)].repeat(600) {
+            observe(&mut supply, duty_pct, sampled_ma, 5_000);
+        }
+        assert_eq!(supply.loaded.count, 0);
+    }
+
+    #[test]
+    fn the_duty_of_a_sample_is_that_of_the_control_period_before() {
+        let mut supply = Supply::default();
+        supply.observe(&Telemetry {
+            duty: percent(40.0),
+            sampled_ma: 500,
+            ..Telemetry::default()
+        });
+        assert_eq!((supply.loaded.count, supply.idle.count), (0, 1));
+    }
+}
