@@ -6,6 +6,7 @@ mod commission;
 mod dronecan;
 mod excite;
 mod faults;
+mod loads;
 mod monitor;
 mod move_to;
 mod objects;

@@ -13,6 +13,7 @@ use clap::Args;
 use model_core::plant::board::BoardPlantOptions;
 
 use super::boards::Boards;
+use super::loads::Loads;
 use super::servos::{Servos, read_faults};
 use crate::error::Error;
 use crate::interrupt;
@@ -72,6 +73,8 @@ pub struct Serve {
     boards: Boards,
     #[command(flatten)]
     servos: Servos,
+    #[command(flatten)]
+    loads: Loads,
     /// Also provides the bus with this number by UDP multicast, as the simulator of ArduPilot does
     #[arg(long, value_name = "BUS", conflicts_with = "emulated")]
     #[arg(value_parser = clap::value_parser!(u8).range(0..=9))]
@@ -104,7 +107,7 @@ impl Serve {
         if !boards.elf.is_empty() {
             return self.emulate(&boards, count, &stop);
         }
-        if let Some(servos) = self.servos.serve(count)? {
+        if let Some(servos) = self.servos.serve(count, &self.loads)? {
             #[cfg(unix)]
             if self.pty {
                 let (terminal, address, _link) = self.open_linked()?;
@@ -116,16 +119,12 @@ impl Serve {
         }
         let mut buffers = vec![vec![0; CAPTURE_VALUES]; usize::from(count)];
         let nodes = (1..).zip(&mut buffers).map(|(number, buffer)| {
+            let plant = self.plant_options(number, self.seed);
             if self.servos.is_dronecan() {
-                return NativeNode::with_dronecan(number, &self.plant_options(number), buffer);
+                return NativeNode::with_dronecan(number, &plant, buffer);
             }
             let node_id = NodeId::new(number).filter(|_| !self.unconfigured);
-            NativeNode::new(
-                u32::from(number),
-                node_id,
-                &self.plant_options(number),
-                buffer,
-            )
+            NativeNode::new(u32::from(number), node_id, &plant, buffer)
         });
         let mut bus = Bus::new(nodes.collect::<Result<_, _>>()?);
         if let Some(faults) = self.faults(vec![false; count.into()]) {
@@ -180,6 +179,7 @@ impl Serve {
             ));
         }
         let count = boards.count(self.nodes)?;
+        self.loads.check(count)?;
         if is_serial && !boards.elf.is_empty() {
             self.servos.check_boards(count)?;
         }
@@ -209,11 +209,13 @@ impl Serve {
         Ok((terminal, address, link.transpose()?))
     }
 
-    /// Options of the board plant of an actuator.
-    fn plant_options(&self, number: u8) -> BoardPlantOptions {
-        self.seed.map_or_else(BoardPlantOptions::default, |seed| {
+    /// Options of the board plant of an actuator: ideal without a seed.
+    fn plant_options(&self, number: u8, seed: Option<u64>) -> BoardPlantOptions {
+        let mut options = seed.map_or_else(BoardPlantOptions::default, |seed| {
             BoardPlantOptions::realistic(seed.wrapping_add(u64::from(number)))
-        })
+        });
+        options.drivetrain.load = self.loads.of(number);
+        options
     }
 
     #[cfg(feature = "board")]
@@ -224,9 +226,9 @@ impl Serve {
         let comm = boards.comm_elf.as_deref();
         let comm = comm.filter(|_| !self.servos.is_serial());
         let comm = comm.map(emulated::comm_board).transpose()?;
-        let seed = self.seed.unwrap_or(0);
+        let seed = self.seed.or(Some(0));
         let plants: Vec<_> = (1..=count)
-            .map(|number| BoardPlantOptions::realistic(seed.wrapping_add(number.into())))
+            .map(|number| self.plant_options(number, seed))
             .collect();
         let (transport, address, _link) = self.endpoint(match comm {
             Some(_) => "the serial line of the communication board",

@@ -17,6 +17,7 @@ use host_sim::can::server::Terminal;
 use host_sim::servo_bus::{self, Bus, Fault, NAMES, Server};
 use model_core::parameter::Shown;
 
+use super::loads::Loads;
 use crate::error::Error;
 use crate::output::print;
 
@@ -73,11 +74,11 @@ impl Servos {
         self.protocol.is_some() && !self.is_dronecan()
     }
 
-    /// Servos, if they are asked for.
+    /// Servos with these loads, if they are asked for.
     ///
     /// # Errors
     /// For a resistance that is not one, or if the system cannot wait for events.
-    pub fn serve(&self, count: u8) -> Result<Option<Serving>, Error> {
+    pub fn serve(&self, count: u8, loads: &Loads) -> Result<Option<Serving>, Error> {
         let model = self.protocol.as_deref().and_then(servo_bus::model);
         let Some(model) = model else { return Ok(None) };
         if !(0.0..=100.0).contains(&self.supply_ohm) {
@@ -87,7 +88,7 @@ impl Servos {
                 expected: "0 to 100 ohm",
             });
         }
-        let bus = Bus::new(&model, count, self.supply_ohm)?;
+        let bus = Bus::with_loads(&model, count, |id| loads.of(id), self.supply_ohm)?;
         let name = model.table.name;
         let server = Server::new(bus, BIT_S).map_err(|source| failed(name, source))?;
         Ok(Some(Serving {

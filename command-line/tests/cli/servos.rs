@@ -97,15 +97,23 @@ fn options_that_cannot_be_are_refused() {
             "--supply-ohm is -1, expected 0 to 100 ohm",
         ),
         ("--supply-ohm 1", 2, "--protocol <PROTOCOL>"),
+        ("--load 0.2", 2, "'--load <[ID@]KG:M>': expected [ID@]KG:M"),
+        ("--load a@0.2:0.1", 2, "`a` is not an ID"),
+        ("--load 0.2:a", 2, "`a` is not a number"),
+        (
+            "--load 2@20:0.1",
+            2,
+            "pendulum_mass_kg is 20, expected a number from 0 to 10 kg",
+        ),
+        (
+            "--protocol sts3215 --nodes 2 --load 3@0.2:0.1",
+            2,
+            "--load 3@: expected an ID from 1 to 2",
+        ),
         (
             "--protocol sts3215 --seed 1",
             2,
             "--seed concerns actuators",
-        ),
-        (
-            "--protocol xm430-w350 --elf a.elf",
-            2,
-            "an actuator board (--elf) is sts3215 or xl330-m288",
         ),
         (
             "--protocol sts3215 --elf a.elf --nodes 7",
@@ -134,6 +142,33 @@ fn options_that_cannot_be_are_refused() {
     }
     let kept = std::fs::read_to_string(cli.path("file")).expect("a file");
     assert_eq!(kept, "a file");
+}
+
+#[test]
+fn the_current_that_holds_a_pendulum_is_that_of_its_weight_within_the_friction() {
+    let load = "2@1.13:0.12";
+    let served = Served::new(&["--protocol", "sts3250", "--nodes", "2", "--load", load]);
+    let hold = |id: u8| -> f64 {
+        let text = |arguments: &str| {
+            let bus = format!("--bus sts:{} --node {id}", served.bus);
+            served.cli.text(&format!("{arguments} {bus}"))
+        };
+        // 90 deg: the last 0.7 deg are within the friction.
+        text("set goal_position=3072");
+        std::thread::sleep(Duration::from_secs(2));
+        let current = text("get present_current");
+        let current = current.split_whitespace().next().map(str::parse);
+        current.and_then(Result::ok).expect("a number")
+    };
+    // Currents of 6.5 mA; 1.45 Nm/A, and 0.258 Nm of friction, which holds in either direction.
+    let of_torque = |nm: f64| nm / 1.45 / 6.5e-3;
+    let (weight, friction) = (of_torque(1.13 * 9.80665 * 0.12), of_torque(0.258));
+    let (free, loaded) = (hold(1), hold(2));
+    assert!(free.abs() <= friction + 1.0, "{free}");
+    assert!(
+        (loaded - weight).abs() <= friction + 1.0,
+        "{loaded}, {weight}"
+    );
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! Servos on one line, with one supply.
 
 use model_core::parameter::ParameterError;
+use model_core::plant::drivetrain::load::LoadParameters;
 use servo_bus::tables::{sts, x};
 use servo_bus::{Answer, Field, Memory, Receiver, dynamixel, feetech};
 
@@ -34,12 +35,12 @@ pub struct Servo {
 }
 
 impl Servo {
-    /// A new servo with this ID.
+    /// A new servo with this ID, and this load at its horn.
     ///
     /// # Errors
-    /// For parameters of the model out of range.
-    pub fn new(model: &Model, id: u8) -> Result<Self, ParameterError> {
-        let motor = Motor::new(model)?;
+    /// For parameters of the model or the load out of range.
+    pub fn new(model: &Model, id: u8, load: LoadParameters) -> Result<Self, ParameterError> {
+        let motor = Motor::new(model, load)?;
         let kind = match model.family {
             Family::Sts => Kind::Sts(Box::new(Sts::new(model, id, motor))),
             Family::X => Kind::X(Box::new(X::new(model, id, motor))),
@@ -149,12 +150,27 @@ pub struct Sent {
 }
 
 impl Bus {
-    /// A bus of `count` servos with IDs from 1, and a supply with this resistance.
+    /// A bus of `count` servos with IDs from 1, without loads, and a supply with this resistance,
+    /// ohm.
     ///
     /// # Errors
     /// For parameters of the model out of range.
     pub fn new(model: &Model, count: u8, supply_ohm: f64) -> Result<Self, ParameterError> {
-        let servos = (1..=count).map(|id| Servo::new(model, id));
+        Self::with_loads(model, count, |_| LoadParameters::default(), supply_ohm)
+    }
+
+    /// As [`Self::new`], with the load at the horn of the servo with each ID. Angle zero of a load
+    /// is the middle of the turn, 2048.
+    ///
+    /// # Errors
+    /// For parameters of the model or of a load out of range.
+    pub fn with_loads(
+        model: &Model,
+        count: u8,
+        load: impl Fn(u8) -> LoadParameters,
+        supply_ohm: f64,
+    ) -> Result<Self, ParameterError> {
+        let servos = (1..=count).map(|id| Servo::new(model, id, load(id)));
         let line = match model.family {
             Family::Sts => Line::Feetech(Box::default()),
             Family::X => Line::Dynamixel(Box::default()),

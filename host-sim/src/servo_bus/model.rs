@@ -8,6 +8,7 @@ use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::plant::drivetrain::electrical::ElectricalParameters;
 use model_core::plant::drivetrain::friction::FrictionParameters;
 use model_core::plant::drivetrain::gear_train::GearTrainParameters;
+use model_core::plant::drivetrain::load::LoadParameters;
 use servo_bus::Table;
 use servo_bus::tables::{STS3215, STS3250, XL330_M288, XM430_W350};
 
@@ -182,8 +183,8 @@ pub fn model(name: &str) -> Option<Model> {
 }
 
 impl Model {
-    /// Parameters of its drivetrain.
-    pub(super) fn drivetrain(&self) -> DrivetrainParameters {
+    /// Parameters of its drivetrain with this load at the horn.
+    pub(super) fn drivetrain(&self, load: LoadParameters) -> DrivetrainParameters {
         let (ratio, friction) = (self.gear_ratio, &self.friction);
         DrivetrainParameters {
             electrical: ElectricalParameters {
@@ -219,7 +220,7 @@ impl Model {
                 load_stribeck_external: friction.of_load_at_rest,
                 ..Default::default()
             },
-            ..Default::default()
+            load,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A motor with its gears, bridge, encoder and heat.
 
 use model_core::parameter::ParameterError;
-use model_core::plant::drivetrain::{Drivetrain, electrical::Terminal};
+use model_core::plant::drivetrain::{Drivetrain, electrical::Terminal, load::LoadParameters};
 use servo_bus::{MIDDLE, TURN};
 
 use super::Model;
@@ -62,12 +62,12 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// At rest in the middle of a turn.
+    /// At rest in the middle of a turn, which is angle zero of the load.
     ///
     /// # Errors
-    /// For parameters of the model out of range.
-    pub fn new(model: &Model) -> Result<Self, ParameterError> {
-        let drivetrain = Drivetrain::try_new(&model.drivetrain())?;
+    /// For parameters of the model or the load out of range.
+    pub fn new(model: &Model, load: LoadParameters) -> Result<Self, ParameterError> {
+        let drivetrain = Drivetrain::try_new(&model.drivetrain(load))?;
         let mut motor = Self {
             drivetrain,
             resistance_ohm: model.resistance_ohm,

@@ -1,5 +1,7 @@
 //! Servos against their catalogues and manuals.
 
+mod pendulum;
+
 use servo_bus::tables::{sts, x};
 use servo_bus::{BROADCAST, Field, dynamixel, feetech};
 
@@ -39,6 +41,21 @@ impl Bench {
             (dynamixel::encode(1, 3, &[&address, data]), 8)
         };
         self.answer(&bytes)[error]
+    }
+
+    /// Reads a register, as the bus does.
+    fn read(&mut self, field: Field) -> i32 {
+        let (bytes, data) = if self.is_sts {
+            let parameters = [field.address as u8, field.size];
+            (feetech::encode(1, 2, &parameters), 5)
+        } else {
+            let address = field.address.to_le_bytes();
+            let length = u16::from(field.size).to_le_bytes();
+            (dynamixel::encode(1, 2, &[&address, &length]), 9)
+        };
+        let answer = self.answer(&bytes);
+        let data = &answer[data..data + usize::from(field.size)];
+        field.decode(data, servo_bus::Order::Little)
     }
 
     fn get(&mut self, field: Field) -> i32 {
