@@ -58,7 +58,7 @@ fn main() {
             .map(|l| l.split(',').collect())
             .collect();
         for (row, line) in rows.iter().zip(2..) {
-            assert_eq!(row.len(), 12, "{path}:{line}: expected 12 fields");
+            assert_eq!(row.len(), 13, "{path}:{line}: expected 13 fields");
         }
         write_fields(&mut rust, module, &rows);
         for model in models {
@@ -104,6 +104,14 @@ fn field(row: &[&str]) -> String {
     )
 }
 
+/// Index and sub-index of an object that is written as 607Ah:0.
+fn object(text: &str) -> String {
+    match text.split_once("h:") {
+        Some((index, sub)) => format!("Some((0x{index}, {sub}))"),
+        None => "None".to_owned(),
+    }
+}
+
 fn write_table(rust: &mut String, rows: &[Vec<&str>], model: &Model, order: &str) {
     let &Model {
         name: model,
@@ -125,10 +133,11 @@ fn write_table(rust: &mut String, rows: &[Vec<&str>], model: &Model, order: &str
         let _ = writeln!(
             rust,
             "Register {{ #[cfg(feature = \"names\")] name: \"{}\", #[cfg(feature = \"names\")] \
-             unit: \"{}\", field: {}, is_writable: {}, is_eeprom: {}, min: {}, max: {}, \
-             default: {} }},",
+             unit: \"{}\", #[cfg(feature = \"names\")] object: {}, field: {}, is_writable: {}, \
+             is_eeprom: {}, min: {}, max: {}, default: {} }},",
             row[3],
             row[10],
+            object(row[11]),
             field(row),
             row[4] == "rw",
             row[5] == "eeprom",

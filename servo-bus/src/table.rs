@@ -52,6 +52,10 @@ pub struct Register {
     /// Unit of one.
     #[cfg(feature = "names")]
     pub unit: &'static str,
+    /// Index and sub-index of the CANopen object with this quantity, on an actuator board that is
+    /// this servo. A goal's object has the value of its profile at the time.
+    #[cfg(feature = "names")]
+    pub object: Option<(u16, u8)>,
 }
 
 /// A control table.

@@ -2,6 +2,7 @@
 //! protocols: `servo-bus/tests/clients/`.
 
 mod line;
+mod objects;
 
 use ::servo_bus::{Field, Order, dynamixel, feetech, tables::sts, tables::x};
 use std::vec;
