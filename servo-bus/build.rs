@@ -13,31 +13,31 @@ struct File {
 /// A model and its indirect registers: first address of the addresses, of the data, number.
 struct Model {
     name: &'static str,
-    indirect: &'static str,
+    indirect: &'static [(u16, u16, u16)],
 }
 
 const FILES: [File; 3] = [
     File {
         module: "sts",
         order: "Little",
-        models: &[model("sts3215", ""), model("sts3250", "")],
+        models: &[model("sts3215", &[]), model("sts3250", &[])],
     },
     File {
         module: "scs",
         order: "Big",
-        models: &[model("scs0009", "")],
+        models: &[model("scs0009", &[])],
     },
     File {
         module: "x",
         order: "Little",
         models: &[
-            model("xl330-m288", "(168, 208, 20)"),
-            model("xm430-w350", "(168, 224, 28), (578, 634, 28)"),
+            model("xl330-m288", &[(168, 208, 20)]),
+            model("xm430-w350", &[(168, 224, 28), (578, 634, 28)]),
         ],
     },
 ];
 
-const fn model(name: &'static str, indirect: &'static str) -> Model {
+const fn model(name: &'static str, indirect: &'static [(u16, u16, u16)]) -> Model {
     Model { name, indirect }
 }
 
@@ -61,8 +61,9 @@ fn main() {
             assert_eq!(row.len(), 13, "{path}:{line}: expected 13 fields");
         }
         write_fields(&mut rust, module, &rows);
+        write_family(&mut rust, module, &rows);
         for model in models {
-            write_table(&mut rust, &rows, model, order);
+            write_table(&mut rust, &rows, model, module, order);
         }
     }
     let out = env::var("OUT_DIR").expect("set by cargo");
@@ -112,39 +113,67 @@ fn object(text: &str) -> String {
     }
 }
 
-fn write_table(rust: &mut String, rows: &[Vec<&str>], model: &Model, order: &str) {
+/// The registers that all models of a family have.
+fn write_family(rust: &mut String, module: &str, rows: &[Vec<&str>]) {
+    let shared = rows.iter().filter(|row| row[0].is_empty());
+    let _ = writeln!(
+        rust,
+        "static {}: [Register; {}] = [{}];",
+        module.to_uppercase(),
+        shared.clone().count(),
+        shared.map(|row| register(row)).collect::<String>()
+    );
+}
+
+fn write_table(rust: &mut String, rows: &[Vec<&str>], model: &Model, module: &str, order: &str) {
     let &Model {
         name: model,
         indirect,
     } = model;
-    let name = model.replace('-', "_").to_uppercase();
+    let own = rows.iter().filter(|row| row[0] == model);
+    let all = rows
+        .iter()
+        .filter(|row| row[0].is_empty() || row[0] == model);
     let lock = rows.iter().find(|row| row[3] == "lock");
     let lock = lock.map_or("None".to_owned(), |row| format!("Some({})", field(row)));
+    let number = |text: &str| -> u16 { text.parse().expect("a number") };
+    let direct = all.clone().map(|row| number(row[1]) + number(row[2]));
+    let pointed = indirect.iter().map(|(_, data, number)| data + number);
+    let current = all.clone().find(|row| row[3] == "present_current");
     let _ = writeln!(
         rust,
-        "/// Control table of the model `{model}`.\npub static {name}: Table = Table {{ \
-         name: \"{model}\", order: Order::{order}, lock: {lock}, indirect: &[{indirect}], \
-         registers: &["
+        "/// Control table of the model `{model}`.\npub static {}: Table = Table {{ \
+         #[cfg(feature = \"names\")] name: \"{model}\", order: Order::{order}, lock: {lock}, \
+         indirect: &{indirect:?}, end: {}, current_ua: {}, registers: Registers {{ \
+         of_family: &{}, of_model: &[{}] }} }};",
+        model.replace('-', "_").to_uppercase(),
+        direct.chain(pointed).max().unwrap_or(0),
+        current.map_or(0, |row| micro_amperes(row[10])),
+        module.to_uppercase(),
+        own.map(|row| register(row)).collect::<String>()
     );
-    for row in rows
-        .iter()
-        .filter(|row| row[0].is_empty() || row[0] == model)
-    {
-        let _ = writeln!(
-            rust,
-            "Register {{ #[cfg(feature = \"names\")] name: \"{}\", #[cfg(feature = \"names\")] \
-             unit: \"{}\", #[cfg(feature = \"names\")] object: {}, field: {}, is_writable: {}, \
-             is_eeprom: {}, min: {}, max: {}, default: {} }},",
-            row[3],
-            row[10],
-            object(row[11]),
-            field(row),
-            row[4] == "rw",
-            row[5] == "eeprom",
-            row[7],
-            row[8],
-            row[9]
-        );
-    }
-    let _ = writeln!(rust, "] }};");
+}
+
+/// Of a unit that is written as 6.5 mA.
+fn micro_amperes(unit: &str) -> u16 {
+    let number = unit.strip_suffix(" mA").and_then(|text| text.parse().ok());
+    let number: f64 = number.unwrap_or_else(|| panic!("{unit}: expected mA"));
+    (number * 1000.0).round() as u16
+}
+
+fn register(row: &[&str]) -> String {
+    format!(
+        "Register {{ #[cfg(feature = \"names\")] name: \"{}\", #[cfg(feature = \"names\")] \
+         unit: \"{}\", #[cfg(feature = \"names\")] object: {}, field: {}, is_writable: {}, \
+         is_eeprom: {}, min: {}, max: {}, default: {} }},",
+        row[3],
+        row[10],
+        object(row[11]),
+        field(row),
+        row[4] == "rw",
+        row[5] == "eeprom",
+        row[7],
+        row[8],
+        row[9]
+    )
 }

@@ -35,7 +35,7 @@ mod table;
 
 /// Control tables, and the registers of each family.
 pub mod tables {
-    use super::table::{Field, Order, Register, Sign, Table};
+    use super::table::{Field, Order, Register, Registers, Sign, Table};
 
     include!(concat!(env!("OUT_DIR"), "/tables.rs"));
 }
@@ -44,7 +44,7 @@ pub use answer::Answer;
 pub use bytes::{Bytes, CAPACITY};
 pub use memory::{EEPROM, Memory, Refusal};
 pub use receiver::{Framing, Receiver, Scan};
-pub use table::{Field, Order, Register, Sign, Table};
+pub use table::{Field, Order, Register, RegisterIter, Registers, Sign, Table};
 
 /// Steps of the encoder per turn.
 pub const TURN: i32 = 4096;

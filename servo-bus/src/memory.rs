@@ -199,18 +199,7 @@ impl Memory {
 
     /// Whether all these addresses are within the table.
     pub fn contains(&self, address: u16, length: usize) -> bool {
-        let direct = self
-            .table
-            .registers
-            .iter()
-            .map(|register| range(register.field).end);
-        let indirect = self
-            .table
-            .indirect
-            .iter()
-            .map(|(_, data, number)| usize::from(data + number));
-        let end = direct.chain(indirect).max().unwrap_or(0);
-        usize::from(address) + length <= end
+        usize::from(address) + length <= usize::from(self.table.end)
     }
 
     /// Reads bytes; addresses without a register are 0.

@@ -58,10 +58,61 @@ pub struct Register {
     pub object: Option<(u16, u8)>,
 }
 
+/// The registers of a model by their address: those of its family, and its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Registers {
+    pub(crate) of_family: &'static [Register],
+    pub(crate) of_model: &'static [Register],
+}
+
+impl Registers {
+    /// All of them.
+    pub fn iter(&self) -> RegisterIter {
+        RegisterIter { rest: *self }
+    }
+}
+
+impl IntoIterator for Registers {
+    type Item = &'static Register;
+    type IntoIter = RegisterIter;
+
+    fn into_iter(self) -> RegisterIter {
+        self.iter()
+    }
+}
+
+/// The registers of a model, in turn.
+#[derive(Debug, Clone)]
+pub struct RegisterIter {
+    rest: Registers,
+}
+
+impl Iterator for RegisterIter {
+    type Item = &'static Register;
+
+    // Not inlined: a memory has many loops.
+    #[inline(never)]
+    fn next(&mut self) -> Option<&'static Register> {
+        let Registers {
+            of_family,
+            of_model,
+        } = &mut self.rest;
+        let is_of_model = match (of_family.first(), of_model.first()) {
+            (Some(one), Some(other)) => other.field.address < one.field.address,
+            (one, _) => one.is_none(),
+        };
+        let rest = if is_of_model { of_model } else { of_family };
+        let (register, others) = rest.split_first()?;
+        *rest = others;
+        Some(register)
+    }
+}
+
 /// A control table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Table {
     /// Name of the model.
+    #[cfg(feature = "names")]
     pub name: &'static str,
     /// Order of the bytes of a value.
     pub order: Order,
@@ -69,8 +120,12 @@ pub struct Table {
     pub lock: Option<Field>,
     /// Indirect registers: first address of the addresses, first address of the data, number.
     pub indirect: &'static [(u16, u16, u16)],
-    /// The registers, by address.
-    pub registers: &'static [Register],
+    /// The registers.
+    pub registers: Registers,
+    /// The first address behind all registers, also indirect ones.
+    pub end: u16,
+    /// Unit of currents, uA; 0 without a register for them.
+    pub current_ua: u16,
 }
 
 #[cfg(feature = "names")]

@@ -2,7 +2,7 @@
 
 use board_tests::chain::saved;
 use board_tests::program::run_script;
-use firmware::drive::{ServoModel, StoredParameters};
+use firmware::drive::{ServoMaker, ServoModel, StoredParameters};
 use servo_bus::tables::{sts, x};
 use servo_bus::{Field, Order, dynamixel, feetech};
 use virtual_board::board::ChipKind;
@@ -56,9 +56,9 @@ impl Bus {
 
 /// The board as this servo, with the ID 1, for some time.
 fn run(model: ServoModel, ms: u64, requests: Vec<(u64, Vec<u8>)>) -> Bus {
-    let chip = match model {
-        ServoModel::Sts3215 => ChipKind::F427,
-        ServoModel::Xl330M288 => ChipKind::H743,
+    let chip = match model.maker() {
+        ServoMaker::Feetech => ChipKind::F427,
+        ServoMaker::Robotis => ChipKind::H743,
     };
     let options = Options {
         chip,
@@ -82,18 +82,18 @@ fn write(model: ServoModel, field: Field, value: i32) -> Vec<u8> {
         &data[..usize::from(field.size)],
         field.address.to_le_bytes(),
     );
-    match model {
-        ServoModel::Sts3215 => feetech::encode(1, 3, &[&address[..1], data].concat()).to_vec(),
-        ServoModel::Xl330M288 => dynamixel::encode(1, 3, &[&address, data]).to_vec(),
+    match model.maker() {
+        ServoMaker::Feetech => feetech::encode(1, 3, &[&address[..1], data].concat()).to_vec(),
+        ServoMaker::Robotis => dynamixel::encode(1, 3, &[&address, data]).to_vec(),
     }
 }
 
 /// How long behind a ping of 10 bits a byte the first bit of its answer begins, ns: least and most.
 /// The table is set up by requests before.
 fn latency(model: ServoModel, byte_ns: u64, before: Vec<Vec<u8>>) -> (u64, u64) {
-    let (ping, answer) = match model {
-        ServoModel::Sts3215 => (feetech::encode(1, 1, &[]), feetech::encode(1, 0, &[])),
-        ServoModel::Xl330M288 => {
+    let (ping, answer) = match model.maker() {
+        ServoMaker::Feetech => (feetech::encode(1, 1, &[]), feetech::encode(1, 0, &[])),
+        ServoMaker::Robotis => {
             let identity = [0, 0xB0, 0x04, 46];
             (
                 dynamixel::encode(1, 1, &[]),
@@ -169,25 +169,22 @@ fn long_packets_at_3_mbit_s_are_received_whole() {
 
 #[test]
 fn a_goal_turns_the_shaft_and_is_held() {
-    for (model, goal, enable, present) in [
-        (
-            ServoModel::Sts3215,
-            sts::GOAL_POSITION,
-            sts::TORQUE_ENABLE,
-            sts::PRESENT_POSITION,
-        ),
-        (
-            ServoModel::Xl330M288,
-            x::GOAL_POSITION,
-            x::TORQUE_ENABLE,
-            x::PRESENT_POSITION,
-        ),
-    ] {
-        let read = match model {
-            ServoModel::Sts3215 => feetech::encode(1, 2, &[present.address as u8, 2]).to_vec(),
-            ServoModel::Xl330M288 => {
-                dynamixel::encode(1, 2, &[&present.address.to_le_bytes(), &[4, 0]]).to_vec()
-            }
+    for model in ServoModel::ALL {
+        let is_feetech = model.maker() == ServoMaker::Feetech;
+        let (goal, enable, present) = if is_feetech {
+            (
+                sts::GOAL_POSITION,
+                sts::TORQUE_ENABLE,
+                sts::PRESENT_POSITION,
+            )
+        } else {
+            (x::GOAL_POSITION, x::TORQUE_ENABLE, x::PRESENT_POSITION)
+        };
+        let address = present.address.to_le_bytes();
+        let read = if is_feetech {
+            feetech::encode(1, 2, &[address[0], 2]).to_vec()
+        } else {
+            dynamixel::encode(1, 2, &[&address, &[4, 0]]).to_vec()
         };
         // 30 deg.
         let requests = vec![
@@ -197,7 +194,7 @@ fn a_goal_turns_the_shaft_and_is_held() {
         ];
         let bus = run(model, 1_500, requests);
         let answers = bus.answers();
-        let from = if model == ServoModel::Sts3215 { 5 } else { 9 };
+        let from = if is_feetech { 5 } else { 9 };
         let bytes = &answers[2].1[from..][..usize::from(present.size)];
         let position = present.decode(bytes, Order::Little);
         assert!(position.abs_diff(2389) <= 3, "{model:?}: {position}");

@@ -27,9 +27,6 @@ const BIT_S: u64 = 1_000_000;
 /// The protocol of actuators, in place of CANopen.
 const DRONECAN: &str = "dronecan";
 
-/// The servos whose place an actuator board takes.
-const ON_BOARD: [&str; 2] = ["sts3215", "xl330-m288"];
-
 /// The most boards that a bus has: those of an arm.
 const MOST_BOARDS: u8 = 6;
 
@@ -39,8 +36,8 @@ pub struct Servos {
     /// DroneCAN on the CAN bus, with actuator-IDs from 1; or servos of a model on a serial bus at
     /// 1 Mbit/s, with IDs from 1
     ///
-    /// The servos are simulated. With --elf, `sts3215` and `xl330-m288` are up to six emulated
-    /// actuator boards, without a communication board.
+    /// The servos are simulated. With --elf, they are up to six emulated actuator boards, without a
+    /// communication board.
     #[arg(long, value_name = "PROTOCOL", conflicts_with = "unconfigured",
         value_parser = PossibleValuesParser::new(NAMES.into_iter().chain([DRONECAN])))]
     protocol: Option<String>,
@@ -117,15 +114,8 @@ impl Servos {
     /// Whether so many emulated boards can be these servos.
     ///
     /// # Errors
-    /// For another model, more boards than run in real time, and a property of simulated servos.
+    /// For more boards than run in real time, and a property of simulated servos.
     pub fn check_boards(&self, count: u8) -> Result<(), Error> {
-        let model = self.protocol.as_deref().unwrap_or_default();
-        if !ON_BOARD.contains(&model) {
-            return Err(Error::Conflict(format!(
-                "--protocol {model}: an actuator board (--elf) is {}",
-                ON_BOARD.join(" or ")
-            )));
-        }
         if count > MOST_BOARDS {
             return Err(Error::Option {
                 option: "--nodes",
@@ -163,11 +153,13 @@ impl Servos {
     pub fn interface(&self) -> crate::emulated::Interface {
         use crate::emulated::Interface;
         use firmware::drive::ServoModel;
-        match self.protocol.as_deref() {
-            Some("sts3215") => Interface::ServoBus(ServoModel::Sts3215),
-            Some("xl330-m288") => Interface::ServoBus(ServoModel::Xl330M288),
-            Some(DRONECAN) => Interface::DroneCan,
-            _ => Interface::CanOpen,
+        let Some(protocol) = self.protocol.as_deref() else {
+            return Interface::CanOpen;
+        };
+        let mut models = ServoModel::ALL.into_iter();
+        match models.find(|model| model.table().name == protocol) {
+            Some(model) => Interface::ServoBus(model),
+            None => Interface::DroneCan,
         }
     }
 

@@ -9,7 +9,7 @@ use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread;
 
-use firmware::drive::ServoModel;
+use firmware::drive::ServoMaker;
 use host_sim::can::node_fault::{Change, Fault};
 use host_sim::servo_bus::{Fault as ServoFault, OfServo};
 use model_core::plant::board::BoardPlantOptions;
@@ -135,7 +135,7 @@ impl Lead {
 /// A ping, and a read of the first two registers, of each servo.
 fn rehearsal(interface: Interface, count: usize) -> VecDeque<Vec<u8>> {
     let packets = |id: u8| match interface {
-        Interface::ServoBus(ServoModel::Xl330M288) => [
+        Interface::ServoBus(model) if model.maker() == ServoMaker::Robotis => [
             dynamixel(&[id, 3, 0, 1]),
             dynamixel(&[id, 7, 0, 2, 0, 0, 2, 0]),
         ],
@@ -191,6 +191,8 @@ impl Script for ServoBoard {
 
 #[cfg(test)]
 mod tests {
+    use firmware::drive::ServoModel;
+
     use super::*;
 
     #[test]

@@ -32,14 +32,21 @@ impl Drive<'_> {
 
     /// Follows a target in a mode, and closes the loop before if it is open.
     pub(super) fn follow(&mut self, mode: cia402::Mode, set: impl FnOnce(&mut Command)) {
+        self.close_loop(mode);
+        self.change_command(|command| {
+            command.mode = mode;
+            set(command);
+        });
+    }
+
+    /// Closes the loop in a mode, if it is open.
+    // Not inlined: each kind of target would have a copy.
+    #[inline(never)]
+    fn close_loop(&mut self, mode: cia402::Mode) {
         if !self.is_commanded() {
             for control in ENABLE {
                 self.change_command(|command| (command.control, command.mode) = (control, mode));
             }
         }
-        self.change_command(|command| {
-            command.mode = mode;
-            set(command);
-        });
     }
 }

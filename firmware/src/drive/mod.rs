@@ -35,7 +35,7 @@ mod update;
 
 pub use device::{Device, RPDOS, TPDOS};
 pub use measured::Diagnostics;
-pub use servo_bus::{Elapsed, Model as ServoModel, ServoBus};
+pub use servo_bus::{Elapsed, Maker as ServoMaker, Model as ServoModel, ServoBus};
 pub use stored::StoredParameters;
 pub use update::{Image, Slots, StageError, UpdateOrder};
 

@@ -1,5 +1,5 @@
 //! The actuator as a servo on a serial bus: another front end of the drive, with the control table
-//! of a Feetech STS3215 or a Dynamixel XL330-M288.
+//! of a servo of Feetech's STS series or a Dynamixel of the X series.
 //!
 //! ```text
 //! bytes ── Line ── Receiver ── Server ── registers ── exchange ── Drive
@@ -14,18 +14,27 @@ mod dynamixel;
 mod feetech;
 mod line;
 mod motor;
+mod way;
 
 use core::{mem::MaybeUninit, task::Poll};
 use servo_bus::{Answer, EEPROM, Framing, Memory, Receiver};
 
-use self::{dynamixel::Dynamixel, feetech::Feetech, line::Line, motor::Sensed};
+use self::{
+    dynamixel::Dynamixel,
+    feetech::Feetech,
+    line::Line,
+    motor::{Demand, Sensed},
+};
 use super::{Drive, StoredParameters};
 use crate::{
     interface::BoardState,
     timing::{CONTROL_PERIOD_MS, periods},
 };
 
-pub use self::{line::Elapsed, motor::Model};
+pub use self::{
+    line::Elapsed,
+    motor::{Maker, Model},
+};
 
 /// A servo whose registers the bus reads and writes.
 trait Servo {
@@ -43,68 +52,30 @@ trait Servo {
 
     /// Takes what was measured, after so many control periods, and what the bus has commanded;
     /// returns what the drive has to do.
-    fn exchange(&mut self, sensed: &Sensed, periods: u32) -> motor::Demand;
+    fn exchange(&mut self, sensed: &Sensed, periods: u32) -> Demand;
 }
 
-/// A servo and its line.
+/// A servo, and the packets of its protocol.
 #[derive(Debug)]
 struct Station<S: Servo> {
     servo: S,
     receiver: Receiver<S::Framing>,
-    line: Line,
-    keeper: Keeper,
-    /// Faults are to be acknowledged once the reaction to them has ended.
-    acknowledges: bool,
 }
 
 impl<S: Servo> Station<S> {
     fn new(servo: S) -> Self {
         Self {
-            keeper: Keeper::of(servo.memory()),
             servo,
             receiver: Receiver::default(),
-            line: Line::default(),
-            acknowledges: false,
         }
     }
 
-    fn receive(&mut self, bytes: &[u8]) -> Option<u32> {
-        for byte in bytes {
-            self.line.hear(*byte);
-            self.receiver.push(*byte);
-            while let Some(packet) = self.receiver.next_packet() {
-                let answer = self.servo.receive(packet);
-                self.line.packet(answer);
-            }
+    fn receive(&mut self, byte: u8, line: &mut Line) {
+        self.receiver.push(byte);
+        while let Some(packet) = self.receiver.next_packet() {
+            let answer = self.servo.receive(packet);
+            line.packet(answer);
         }
-        self.line.wait_us()
-    }
-
-    fn elapsed(&mut self) -> Elapsed {
-        let elapsed = self.line.elapsed();
-        if elapsed == Elapsed::Silence {
-            self.receiver.discard();
-        }
-        elapsed
-    }
-
-    fn exchange(&mut self, drive: &mut Drive<'_>, periods: u32, model: Model) {
-        let sensed = Sensed::of(drive);
-        let demand = self.servo.exchange(&sensed, periods);
-        self.acknowledges |= demand.acknowledges;
-        self.acknowledges &= !sensed.faults.is_empty();
-        if self.acknowledges && drive.acknowledge() {
-            self.acknowledges = false;
-        }
-        drive.carry_out(&demand, periods > 0);
-        self.keeper
-            .keep(self.servo.memory(), drive, (model, periods));
-    }
-
-    fn take_answer(&mut self, buffer: &mut [u8]) -> usize {
-        // A part of the packet that it continues is the part of no other one.
-        self.receiver.discard();
-        self.line.take_answer(buffer)
     }
 }
 
@@ -163,13 +134,48 @@ enum Kind {
     Dynamixel(Station<Dynamixel>),
 }
 
+impl Kind {
+    fn receive(&mut self, byte: u8, line: &mut Line) {
+        match self {
+            Self::Feetech(station) => station.receive(byte, line),
+            Self::Dynamixel(station) => station.receive(byte, line),
+        }
+    }
+
+    /// Discards a part of a packet.
+    fn discard(&mut self) {
+        match self {
+            Self::Feetech(station) => station.receiver.discard(),
+            Self::Dynamixel(station) => station.receiver.discard(),
+        }
+    }
+
+    fn memory(&self) -> &Memory {
+        match self {
+            Self::Feetech(station) => station.servo.memory(),
+            Self::Dynamixel(station) => station.servo.memory(),
+        }
+    }
+
+    fn exchange(&mut self, sensed: &Sensed, periods: u32) -> Demand {
+        match self {
+            Self::Feetech(station) => station.servo.exchange(sensed, periods),
+            Self::Dynamixel(station) => station.servo.exchange(sensed, periods),
+        }
+    }
+}
+
 /// The actuator on a servo bus.
 #[derive(Debug)]
 pub struct ServoBus {
     kind: Kind,
+    line: Line,
+    keeper: Keeper,
     model: Model,
     /// The control period of the last exchange.
     tick: u32,
+    /// Faults are to be acknowledged once the reaction to them has ended.
+    acknowledges: bool,
 }
 
 impl ServoBus {
@@ -188,14 +194,20 @@ impl ServoBus {
     pub fn new(stored: &StoredParameters) -> Option<Self> {
         let model = stored.servo_bus_model()?;
         let registers = &stored.registers;
-        let eeprom = (registers.model == model as u8).then_some(&registers.eeprom);
+        let mut memory = Memory::new(model.table());
+        if registers.model == model as u8 {
+            memory.load(&registers.eeprom);
+        }
         Some(Self {
-            kind: match model {
-                Model::Sts3215 => Kind::Feetech(Station::new(Feetech::new(eeprom))),
-                Model::Xl330M288 => Kind::Dynamixel(Station::new(Dynamixel::new(eeprom))),
+            line: Line::default(),
+            keeper: Keeper::of(&memory),
+            kind: match model.maker() {
+                Maker::Feetech => Kind::Feetech(Station::new(Feetech::new(memory))),
+                Maker::Robotis => Kind::Dynamixel(Station::new(Dynamixel::new(memory))),
             },
             model,
             tick: 0,
+            acknowledges: false,
         })
     }
 
@@ -221,27 +233,28 @@ impl ServoBus {
     /// Returns after how many microseconds [`ServoBus::elapsed`] is to be called, if no byte comes
     /// before.
     pub fn receive(&mut self, bytes: &[u8]) -> Option<u32> {
-        match &mut self.kind {
-            Kind::Feetech(station) => station.receive(bytes),
-            Kind::Dynamixel(station) => station.receive(bytes),
+        for byte in bytes {
+            self.line.hear(*byte);
+            self.kind.receive(*byte, &mut self.line);
         }
+        self.line.wait_us()
     }
 
     /// The time of [`ServoBus::receive`] has elapsed without a byte.
     pub fn elapsed(&mut self) -> Elapsed {
-        match &mut self.kind {
-            Kind::Feetech(station) => station.elapsed(),
-            Kind::Dynamixel(station) => station.elapsed(),
+        let elapsed = self.line.elapsed();
+        if elapsed == Elapsed::Silence {
+            self.kind.discard();
         }
+        elapsed
     }
 
     /// Writes the answer that is to be transmitted into a buffer, and returns its length: 0 if it
     /// does not fit.
     pub fn take_answer(&mut self, buffer: &mut [u8]) -> usize {
-        match &mut self.kind {
-            Kind::Feetech(station) => station.take_answer(buffer),
-            Kind::Dynamixel(station) => station.take_answer(buffer),
-        }
+        // A part of the packet that it continues is the part of no other one.
+        self.kind.discard();
+        self.line.take_answer(buffer)
     }
 
     /// Exchanges the registers with the drive. To be called in each communication cycle.
@@ -253,10 +266,16 @@ impl ServoBus {
         let tick = drive.outputs.telemetry.tick;
         let periods = tick.wrapping_sub(core::mem::replace(&mut self.tick, tick));
         let periods = periods.min(MOST_PERIODS);
-        match &mut self.kind {
-            Kind::Feetech(station) => station.exchange(drive, periods, self.model),
-            Kind::Dynamixel(station) => station.exchange(drive, periods, self.model),
+        let sensed = Sensed::of(drive);
+        let demand = self.kind.exchange(&sensed, periods);
+        self.acknowledges |= demand.acknowledges;
+        self.acknowledges &= !sensed.faults.is_empty();
+        if self.acknowledges && drive.acknowledge() {
+            self.acknowledges = false;
         }
+        drive.carry_out(&demand, periods > 0);
+        let memory = self.kind.memory();
+        self.keeper.keep(memory, drive, (self.model, periods));
     }
 }
 
@@ -265,13 +284,6 @@ const MOST_PERIODS: u32 = 5;
 
 /// Length of a control period, us.
 const PERIOD_US: u32 = 1000 * CONTROL_PERIOD_MS as u32;
-
-/// Advances the way to a goal by so many control periods.
-fn advance(periods: u32, mut step: impl FnMut(u32)) {
-    for _ in 0..periods {
-        step(PERIOD_US);
-    }
-}
 
 impl Drive<'_> {
     /// Stores the registers of the servo bus; to be called repeatedly until it is ready.

@@ -44,7 +44,7 @@ impl X {
             server,
             motor,
             loop_scale: model.loop_scale,
-            current_unit_a: model.current_unit_a,
+            current_unit_a: model.current_unit_a(),
             control,
             ramp: Ramp::at(0),
             limits: None,

@@ -51,7 +51,7 @@ impl Sts {
             server,
             motor,
             loop_scale: model.loop_scale,
-            current_unit_a: model.current_unit_a,
+            current_unit_a: model.current_unit_a(),
             control,
             ramp: Ramp::at(0),
             error: 0,

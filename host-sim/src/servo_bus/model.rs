@@ -40,8 +40,6 @@ pub struct Model {
     backlash_deg: f64,
     /// Duty of the position loop in that of the table's rule.
     pub loop_scale: f64,
-    /// Current of one in the table, A.
-    pub current_unit_a: f64,
     friction: Friction,
 }
 
@@ -86,7 +84,6 @@ const STS3215_MODEL: Model = Model {
     backlash_deg: 1.0,
     // 0.166 x 1.1617 per rad and unit of P, of 0.025 %/step x 651.9 steps/rad.
     loop_scale: 1.183,
-    current_unit_a: 6.5e-3,
     friction: Friction {
         model: 5.0,
         coulomb_nm: 0.0533,
@@ -114,7 +111,6 @@ const STS3250_MODEL: Model = Model {
     inertia_kg_m2: 0.0029,
     backlash_deg: 1.0,
     loop_scale: 1.374,
-    current_unit_a: 6.5e-3,
     friction: Friction {
         coulomb_nm: 0.258,
         viscous_nm_s: 0.0052,
@@ -136,7 +132,6 @@ const XL330_MODEL: Model = Model {
     inertia_kg_m2: 0.003,
     backlash_deg: 0.25,
     loop_scale: 0.458,
-    current_unit_a: 1e-3,
     friction: Friction {
         model: 3.0,
         coulomb_nm: 0.002,
@@ -161,7 +156,6 @@ const XM430_MODEL: Model = Model {
     inertia_kg_m2: 0.0276,
     backlash_deg: 0.25,
     loop_scale: 1.0,
-    current_unit_a: 2.69e-3,
     friction: Friction {
         model: 3.0,
         coulomb_nm: 0.05,
@@ -183,6 +177,11 @@ pub fn model(name: &str) -> Option<Model> {
 }
 
 impl Model {
+    /// Current of one in the table, A.
+    pub fn current_unit_a(&self) -> f64 {
+        f64::from(self.table.current_ua) * 1e-6
+    }
+
     /// Parameters of its drivetrain with this load at the horn.
     pub(super) fn drivetrain(&self, load: LoadParameters) -> DrivetrainParameters {
         let (ratio, friction) = (self.gear_ratio, &self.friction);

@@ -33,6 +33,11 @@ impl Server {
     pub fn new(table: &'static Table, id: u8) -> Self {
         let mut memory = Memory::new(table);
         memory.store(sts::ID, i32::from(id));
+        Self::with(memory)
+    }
+
+    /// A servo with these registers.
+    pub fn with(memory: Memory) -> Self {
         Self {
             memory,
             registered: None,

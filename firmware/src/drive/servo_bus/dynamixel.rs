@@ -1,18 +1,20 @@
 //! The control table of a Dynamixel of the X series, with the loop of the board: gains, the goal
 //! PWM and the startup configuration have no effect, and there is no PWM mode.
 
-use canopen::cia402::{Limits, Ramp};
+use canopen::cia402::Limits;
 use servo_bus::dynamixel::{Control, FULL_PWM, Framing, Measured, Server, Taken, error, mode};
-use servo_bus::{Answer, EEPROM, Memory, tables::x};
+use servo_bus::{Answer, Memory, tables::x};
 
 use super::motor::{
-    Demand, Model, MostTorque, Sensed, Target, bit_rate, in_mdeg, limits, mdeg, steps, steps_s,
+    Demand, MostTorque, Sensed, Target, bit_rate, current_units, in_ma, in_mdeg, limits, mdeg,
+    steps, steps_s,
 };
-use super::{PERIOD_US, Servo, advance};
+use super::way::Way;
+use super::{PERIOD_US, Servo};
 
 /// Bit rates by their number in the table, bit/s.
-const BIT_RATES: [u32; 7] = [
-    9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000,
+const BIT_RATES: [u32; 8] = [
+    9_600, 57_600, 115_200, 1_000_000, 2_000_000, 3_000_000, 4_000_000, 4_500_000,
 ];
 
 /// The servo.
@@ -24,9 +26,8 @@ pub(super) struct Dynamixel {
     taken: Taken,
     /// Position of the shaft at the last exchange, steps.
     shaft: i32,
-    /// The way to the goal, of the shaft, mdeg; its end, and its limits.
-    ramp: Ramp,
-    target: i32,
+    way: Way,
+    /// Limits of the way, mdeg.
     limits: Limits,
 }
 
@@ -38,19 +39,14 @@ const UNLIMITED: Limits = Limits {
 };
 
 impl Dynamixel {
-    /// After a start, with what was kept without power.
-    pub fn new(eeprom: Option<&[u8; EEPROM]>) -> Self {
-        let mut server = Server::new(Model::Xl330M288.table(), 1);
-        if let Some(eeprom) = eeprom {
-            server.memory.load(eeprom);
-        }
+    /// After a start, with these registers.
+    pub fn new(memory: Memory) -> Self {
         Self {
-            server,
+            server: Server::with(memory),
             control: None,
             taken: Taken::default(),
             shaft: 0,
-            ramp: Ramp::at(0),
-            target: 0,
+            way: Way::at(0),
             limits: UNLIMITED,
         }
     }
@@ -66,15 +62,15 @@ impl Dynamixel {
     /// The way to a goal begins.
     fn begin(&mut self, control: &Control, taken: &Taken, sensed: &Sensed) {
         if taken.begins {
-            self.ramp = Ramp::at(sensed.position_mdeg);
+            self.way.begin(sensed);
         }
         let memory = &self.server.memory;
         let goal = memory.get(x::GOAL_POSITION);
         let way = goal.wrapping_sub(control.position(memory, self.shaft));
         let forward = Control::direction(memory);
-        self.target = mdeg(self.shaft.wrapping_add(forward.wrapping_mul(way)));
-        let distance = steps(self.target).abs_diff(steps(self.ramp.position()));
-        let velocity = steps_s(self.ramp.velocity());
+        self.way.goal = mdeg(self.shaft.wrapping_add(forward.wrapping_mul(way)));
+        let distance = steps(self.way.goal).abs_diff(steps(self.way.position()));
+        let velocity = steps_s(self.way.velocity());
         let profile = control.profile(memory, distance, velocity);
         self.limits = profile.map_or(UNLIMITED, limits);
     }
@@ -84,27 +80,24 @@ impl Dynamixel {
         let memory = &self.server.memory;
         let (forward, limits) = (Control::direction(memory), self.limits);
         match control.mode {
-            mode::CURRENT => Target::Current(forward * memory.get(x::GOAL_CURRENT)),
+            mode::CURRENT => {
+                let current = in_ma(memory.table(), memory.get(x::GOAL_CURRENT));
+                Target::Current(forward * current)
+            }
             mode::VELOCITY => {
                 let goal = forward * in_mdeg(Control::goal_velocity(memory).into());
-                advance(periods, |us| self.ramp.to_velocity(goal, &limits, us));
-                Target::Velocity(self.ramp.velocity())
+                self.way.continue_at(goal, &limits, periods)
             }
             mode::PWM => Target::Off,
-            _ => {
-                let target = self.target;
-                advance(periods, |us| _ = self.ramp.to_position(target, &limits, us));
-                self.ramp = sensed.within_reach(self.ramp);
-                Target::Position(self.ramp.position())
-            }
+            _ => self.way.continue_to_goal(&limits, sensed, periods),
         }
     }
 
     /// Position and velocity of the way to the goal, in units of the table.
     fn trajectory(&self, control: &Control) -> (i32, i32) {
         let memory = &self.server.memory;
-        let position = control.position(memory, steps(self.ramp.position()));
-        let velocity = Control::velocity_units(steps_s(self.ramp.velocity()));
+        let position = control.position(memory, steps(self.way.position()));
+        let velocity = Control::velocity_units(steps_s(self.way.velocity()));
         (position, Control::direction(memory) * velocity)
     }
 }
@@ -175,7 +168,7 @@ impl Servo for Dynamixel {
             shaft,
             rate: Control::velocity_units(steps_s(sensed.rate_mdeg_s)),
             pwm: sensed.duty_permille * FULL_PWM / 1000,
-            current: sensed.current_ma,
+            current: current_units(memory.table(), sensed.current_ma),
             voltage: sensed.voltage,
             temperature: sensed.temperature,
             trajectory,
@@ -185,7 +178,7 @@ impl Servo for Dynamixel {
         self.control = Some(control);
         Demand {
             target,
-            most_torque: MostTorque::OfCurrent(most),
+            most_torque: MostTorque::OfCurrent(in_ma(self.server.memory.table(), most)),
             acknowledges: taken.restarts,
             ends_stop: is_turned_on,
         }

@@ -1,14 +1,15 @@
 //! The control table of an STS servo, with the loop of the board: gains, dead zones and the
 //! starting force have no effect, nor has the mode of the duty, and a braked torque is off.
 
-use canopen::cia402::Ramp;
 use servo_bus::feetech::{Control, Framing, Measured, Server, Taken, mode, status};
-use servo_bus::{Answer, EEPROM, Memory, tables::sts};
+use servo_bus::{Answer, Memory, tables::sts};
 
+use super::Servo;
 use super::motor::{
-    Demand, Model, MostTorque, Sensed, Target, bit_rate, in_mdeg, limits, mdeg, steps, steps_s,
+    Demand, MostTorque, Sensed, Target, bit_rate, current_units, in_mdeg, limits, mdeg, steps,
+    steps_s,
 };
-use super::{Servo, advance};
+use super::way::Way;
 
 /// Bit rates by their number in the table, bit/s.
 const BIT_RATES: [u32; 8] = [
@@ -24,25 +25,18 @@ pub(super) struct Feetech {
     taken: Taken,
     /// Position of the shaft at the last exchange, steps.
     shaft: i32,
-    /// The way to the goal, and its end, mdeg.
-    ramp: Ramp,
-    target: i32,
+    way: Way,
 }
 
 impl Feetech {
-    /// After a start, with what was kept without power.
-    pub fn new(eeprom: Option<&[u8; EEPROM]>) -> Self {
-        let mut server = Server::new(Model::Sts3215.table(), 1);
-        if let Some(eeprom) = eeprom {
-            server.memory.load(eeprom);
-        }
+    /// After a start, with these registers.
+    pub fn new(memory: Memory) -> Self {
         Self {
-            server,
+            server: Server::with(memory),
             control: None,
             taken: Taken::default(),
             shaft: 0,
-            ramp: Ramp::at(0),
-            target: 0,
+            way: Way::at(0),
         }
     }
 
@@ -61,16 +55,10 @@ impl Feetech {
         match control.mode {
             mode::WHEEL => {
                 let goal = in_mdeg(Control::speed(memory).into());
-                advance(periods, |us| self.ramp.to_velocity(goal, &limits, us));
-                Target::Velocity(self.ramp.velocity())
+                self.way.continue_at(goal, &limits, periods)
             }
             mode::PWM => Target::Off,
-            _ => {
-                let target = self.target;
-                advance(periods, |us| _ = self.ramp.to_position(target, &limits, us));
-                self.ramp = sensed.within_reach(self.ramp);
-                Target::Position(self.ramp.position())
-            }
+            _ => self.way.continue_to_goal(&limits, sensed, periods),
         }
     }
 }
@@ -112,7 +100,7 @@ impl Servo for Feetech {
         // The loop is closed anew, where the shaft is.
         taken.begins |= taken.has_goal && !sensed.is_driven;
         if taken.begins {
-            self.ramp = Ramp::at(sensed.position_mdeg);
+            self.way.begin(sensed);
             if !taken.has_goal {
                 // Turning the torque on moves nothing.
                 control.hold(memory, shaft);
@@ -120,7 +108,7 @@ impl Servo for Feetech {
         }
         if taken.begins || taken.has_goal {
             let way = control.goal.wrapping_sub(control.position(memory, shaft));
-            self.target = mdeg(shaft.wrapping_add(way));
+            self.way.goal = mdeg(shaft.wrapping_add(way));
         }
         let most = memory.get(sts::TORQUE_LIMIT) as u16;
         let target = match control.torque {
@@ -141,10 +129,9 @@ impl Servo for Feetech {
             load_permille: sensed.duty_permille,
             voltage: sensed.voltage,
             temperature: sensed.temperature,
-            // 6.5 mA.
-            current: sensed.current_ma * 2 / 13,
+            current: current_units(self.server.memory.table(), sensed.current_ma),
             status: faults,
-            is_under_way: self.ramp.position() != self.target,
+            is_under_way: self.way.position() != self.way.goal,
         };
         control.report(&mut self.server.memory, &measured);
         self.control = Some(control);

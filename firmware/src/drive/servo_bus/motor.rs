@@ -1,7 +1,7 @@
 //! The drive as the motor of a servo: what it measures in the units of control tables, and what a
 //! table has it do.
 
-use canopen::cia402::{self, Cia402State, Limits, Ramp};
+use canopen::cia402::{self, Cia402State, Limits};
 use servo_bus::{EEPROM, Field, MIDDLE, Memory, Profile, TURN, Table, tables};
 
 use super::super::Drive;
@@ -20,14 +20,41 @@ pub enum Model {
     Sts3215 = 1,
     /// Dynamixel XL330-M288.
     Xl330M288 = 2,
+    /// Feetech STS3250.
+    Sts3250 = 3,
+    /// Dynamixel XM430-W350.
+    Xm430W350 = 4,
+}
+
+/// The maker of a servo, which has a protocol and registers of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Maker {
+    /// Feetech, with the STS series.
+    Feetech,
+    /// Robotis, with the X series of Dynamixels.
+    Robotis,
 }
 
 impl Model {
+    /// All of them.
+    pub const ALL: [Self; 4] = [
+        Self::Sts3215,
+        Self::Xl330M288,
+        Self::Sts3250,
+        Self::Xm430W350,
+    ];
+
     /// The model of a number.
     pub(crate) fn of_number(number: u8) -> Option<Self> {
-        [Self::Sts3215, Self::Xl330M288]
-            .into_iter()
-            .find(|model| *model as u8 == number)
+        Self::ALL.into_iter().find(|model| *model as u8 == number)
+    }
+
+    /// Its maker.
+    pub fn maker(self) -> Maker {
+        match self {
+            Self::Sts3215 | Self::Sts3250 => Maker::Feetech,
+            Self::Xl330M288 | Self::Xm430W350 => Maker::Robotis,
+        }
     }
 
     /// Its control table.
@@ -35,15 +62,17 @@ impl Model {
         match self {
             Self::Sts3215 => &tables::STS3215,
             Self::Xl330M288 => &tables::XL330_M288,
+            Self::Sts3250 => &tables::STS3250,
+            Self::Xm430W350 => &tables::XM430_W350,
         }
     }
 
     /// What a new servo with this ID keeps without power.
     pub(crate) fn eeprom(self, id: u8) -> [u8; EEPROM] {
         let mut memory = Memory::new(self.table());
-        let field = match self {
-            Self::Sts3215 => tables::sts::ID,
-            Self::Xl330M288 => tables::x::ID,
+        let field = match self.maker() {
+            Maker::Feetech => tables::sts::ID,
+            Maker::Robotis => tables::x::ID,
         };
         memory.store(field, id.into());
         *memory.eeprom()
@@ -70,6 +99,16 @@ pub(super) fn mdeg(steps: i32) -> i32 {
 /// Steps/s.
 pub(super) fn steps_s(mdeg_s: i32) -> i32 {
     steps(mdeg_s).wrapping_sub(MIDDLE)
+}
+
+/// A current in units of the table.
+pub(super) fn current_units(table: &Table, ma: i32) -> i32 {
+    ma.wrapping_mul(1000) / i32::from(table.current_ua).max(1)
+}
+
+/// A current of the table, mA.
+pub(super) fn in_ma(table: &Table, units: i32) -> i32 {
+    units.wrapping_mul(table.current_ua.into()) / 1000
 }
 
 /// The bit rate of this number in a table, bit/s.
@@ -145,21 +184,6 @@ impl Sensed {
     /// Whether there is no fault but those of the load.
     pub fn has_load_faults_only(&self) -> bool {
         self.faults.without(LOAD).is_empty()
-    }
-
-    /// The way to a goal, no further from the shaft than is permitted: a shaft that is held back
-    /// with a limited torque, as a grip, is no fault.
-    pub fn within_reach(&self, ramp: Ramp) -> Ramp {
-        let Some(room) = self.room_mdeg else {
-            return ramp;
-        };
-        let ahead = ramp.position().saturating_sub(self.position_mdeg);
-        let reachable = ahead.max(-room).min(room);
-        if reachable == ahead {
-            ramp
-        } else {
-            Ramp::at(self.position_mdeg.saturating_add(reachable))
-        }
     }
 
     /// The bits of the faults of each kind: of the supply, the encoder, the temperature, the

@@ -64,12 +64,12 @@ impl Servo {
         let data = field.encode(value, Order::Little);
         let data = &data[..usize::from(field.size)];
         let address = field.address.to_le_bytes();
-        match self.model {
-            ServoModel::Sts3215 => {
+        match self.model.maker() {
+            ServoMaker::Feetech => {
                 let bytes = feetech::encode(1, 3, &[&address[..1], data].concat());
                 self.answer(&bytes)[4]
             }
-            ServoModel::Xl330M288 => {
+            ServoMaker::Robotis => {
                 let bytes = dynamixel::encode(1, 3, &[&address, data]);
                 self.answer(&bytes)[8]
             }
@@ -78,9 +78,9 @@ impl Servo {
 
     fn read(&mut self, field: Field) -> i32 {
         let (address, size) = (field.address.to_le_bytes(), field.size);
-        let (bytes, from) = match self.model {
-            ServoModel::Sts3215 => (feetech::encode(1, 2, &[address[0], size]), 5),
-            ServoModel::Xl330M288 => (dynamixel::encode(1, 2, &[&address, &[size, 0]]), 9),
+        let (bytes, from) = match self.model.maker() {
+            ServoMaker::Feetech => (feetech::encode(1, 2, &[address[0], size]), 5),
+            ServoMaker::Robotis => (dynamixel::encode(1, 2, &[&address, &[size, 0]]), 9),
         };
         let answer = self.answer(&bytes);
         field.decode(&answer[from..][..usize::from(size)], Order::Little)
@@ -300,11 +300,14 @@ fn the_limit_of_the_table_limits_the_torque_and_is_not_stored() {
     servo.write(sts::TORQUE_LIMIT, 1000);
     assert_eq!(limit(&mut servo), 3200);
 
-    let mut servo = Servo::new(ServoModel::Xl330M288);
-    servo.write(x::OPERATING_MODE, 5);
-    servo.write(x::GOAL_CURRENT, 100);
-    let rated_ma = servo.bench.get(0x6075, 0);
-    assert_eq!(u32::from(limit(&mut servo)), 100_000 / rated_ma);
+    // 100 times 1 mA and 2.69 mA.
+    for (model, ma) in [(ServoModel::Xl330M288, 100), (ServoModel::Xm430W350, 269)] {
+        let mut servo = Servo::new(model);
+        servo.write(x::OPERATING_MODE, 5);
+        servo.write(x::GOAL_CURRENT, 100);
+        let rated_ma = servo.bench.get(0x6075, 0);
+        assert_eq!(u32::from(limit(&mut servo)), ma * 1000 / rated_ma);
+    }
 }
 
 #[test]
@@ -328,24 +331,24 @@ fn a_grip_with_a_limited_current_is_no_fault() {
 
 #[test]
 fn nothing_that_was_written_before_the_angle_is_known_moves_the_shaft() {
-    for model in [ServoModel::Sts3215, ServoModel::Xl330M288] {
+    for model in ServoModel::ALL {
         let set = StoredParameters::DEFAULT.with_servo_bus(model, 1);
         let mut servo = Servo {
             bench: Bench::with(set),
             bus: ServoBus::new(&set).expect("a servo"),
             model,
         };
-        let (goal, enable) = match model {
-            ServoModel::Sts3215 => (sts::GOAL_POSITION, sts::TORQUE_ENABLE),
-            ServoModel::Xl330M288 => (x::GOAL_POSITION, x::TORQUE_ENABLE),
+        let (goal, enable) = match model.maker() {
+            ServoMaker::Feetech => (sts::GOAL_POSITION, sts::TORQUE_ENABLE),
+            ServoMaker::Robotis => (x::GOAL_POSITION, x::TORQUE_ENABLE),
         };
         servo.write(enable, 1);
         servo.write(goal, 2500);
         servo.steps(100);
         // A packet for another servo.
-        let ping = match model {
-            ServoModel::Sts3215 => feetech::encode(9, 1, &[]),
-            ServoModel::Xl330M288 => dynamixel::encode(9, 1, &[]),
+        let ping = match model.maker() {
+            ServoMaker::Feetech => feetech::encode(9, 1, &[]),
+            ServoMaker::Robotis => dynamixel::encode(9, 1, &[]),
         };
         servo.answer(&ping);
         servo.steps(100);

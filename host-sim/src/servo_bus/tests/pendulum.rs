@@ -111,7 +111,7 @@ fn the_mean_current_of_lifting_and_lowering_is_that_of_the_weight_at_each_angle(
         }
     }
     for (degrees, ways) in ANGLES.iter().zip(sums) {
-        let [up, down] = ways.map(|(sum, count)| sum / f64::from(count) * model.current_unit_a);
+        let [up, down] = ways.map(|(sum, count)| sum / f64::from(count) * model.current_unit_a());
         // Friction, the same in both directions, is half the difference.
         let weight_nm = constant_nm_a * (up + down) / 2.0;
         let expected = mass_kg * GRAVITY_M_S2 * length_m * degrees.to_radians().sin();

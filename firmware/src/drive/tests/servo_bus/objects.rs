@@ -59,7 +59,7 @@ impl Servo {
     }
 
     /// Compares registers with their objects.
-    fn compare(&mut self, names: &[&'static str]) -> Vec<(ServoModel, &'static str)> {
+    fn compare(&mut self, names: &[&'static str]) -> Vec<&'static str> {
         let compared = names.iter().map(|name| {
             let register = *self.model.table().register(name).expect("a register");
             let object = register.object.expect("it has an object");
@@ -73,61 +73,66 @@ impl Servo {
                 expected.abs() > 3.0 * step,
                 "{name}: {expected} shows nothing"
             );
-            (self.model, *name)
+            *name
         });
         compared.collect()
     }
 }
 
-#[test]
-fn the_object_that_a_table_names_for_a_register_has_the_same_quantity() {
+/// Compares all registers of an STS servo that have an object.
+fn compare_feetech(model: ServoModel) -> Vec<&'static str> {
     let mut compared = Vec::new();
-
-    let mut servo = Servo::new(ServoModel::Sts3215);
+    let mut servo = Servo::new(model);
     servo.write(sts::GOAL_POSITION, steps(30_000));
     servo.steps(500);
     compared.extend(servo.compare(&["goal_position", "present_position"]));
     compared.extend(servo.compare(&["present_voltage", "present_temperature"]));
-    let mut servo = Servo::new(ServoModel::Sts3215);
+    let mut servo = Servo::new(model);
     servo.write(sts::OPERATING_MODE, 1);
     servo.write(sts::TORQUE_ENABLE, 1);
     servo.write(sts::GOAL_VELOCITY, -300);
     servo.steps(300);
     compared.extend(servo.compare(&["goal_velocity", "present_velocity"]));
     compared.extend(servo.compare(&["present_load", "present_current"]));
+    compared
+}
 
-    let mut servo = Servo::new(ServoModel::Xl330M288);
+/// The same of a Dynamixel.
+fn compare_robotis(model: ServoModel) -> Vec<&'static str> {
+    let mut compared = Vec::new();
+    let mut servo = Servo::new(model);
     servo.write(x::TORQUE_ENABLE, 1);
     servo.write(x::GOAL_POSITION, steps(30_000));
     servo.steps(500);
-    compared.extend(servo.compare(&["goal_position", "position_trajectory", "present_position"]));
-    compared.extend(servo.compare(&["present_input_voltage", "present_temperature"]));
-    let mut servo = Servo::new(ServoModel::Xl330M288);
+    compared.extend(servo.compare(&["goal_position", "position_trajectory"]));
+    compared.extend(servo.compare(&["present_position", "present_input_voltage"]));
+    compared.extend(servo.compare(&["present_temperature"]));
+    let mut servo = Servo::new(model);
     servo.write(x::OPERATING_MODE, 1);
     servo.write(x::TORQUE_ENABLE, 1);
     servo.write(x::GOAL_VELOCITY, 20);
     servo.steps(300);
-    compared.extend(servo.compare(&[
-        "goal_velocity",
-        "velocity_trajectory",
-        "present_velocity",
-        "present_pwm",
-    ]));
-    let mut servo = Servo::new(ServoModel::Xl330M288);
+    compared.extend(servo.compare(&["goal_velocity", "velocity_trajectory"]));
+    compared.extend(servo.compare(&["present_velocity", "present_pwm"]));
+    let mut servo = Servo::new(model);
     servo.write(x::OPERATING_MODE, 0);
     servo.write(x::TORQUE_ENABLE, 1);
     servo.write(x::GOAL_CURRENT, 150);
     servo.steps(30);
     compared.extend(servo.compare(&["goal_current", "present_current"]));
+    compared
+}
 
-    for model in [ServoModel::Sts3215, ServoModel::Xl330M288] {
-        let named = model
-            .table()
-            .registers
-            .iter()
-            .filter(|it| it.object.is_some());
-        for register in named {
-            let is_compared = compared.contains(&(model, register.name));
+#[test]
+fn the_object_that_a_table_names_for_a_register_has_the_same_quantity() {
+    for model in ServoModel::ALL {
+        let compared = match model.maker() {
+            ServoMaker::Feetech => compare_feetech(model),
+            ServoMaker::Robotis => compare_robotis(model),
+        };
+        let registers = model.table().registers.iter();
+        for register in registers.filter(|register| register.object.is_some()) {
+            let is_compared = compared.contains(&register.name);
             assert!(is_compared, "{model:?}: {} is not compared", register.name);
         }
     }
