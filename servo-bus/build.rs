@@ -125,10 +125,11 @@ fn write_table(rust: &mut String, rows: &[Vec<&str>], model: &Model, order: &str
         let _ = writeln!(
             rust,
             "Register {{ #[cfg(feature = \"names\")] name: \"{}\", #[cfg(feature = \"names\")] \
-             unit: \"{}\", field: {}, is_writable: {}, is_eeprom: {}, min: {}, max: {}, \
+             unit: \"{}\", #[cfg(feature = \"names\")] meaning: \"{}\", field: {}, is_writable: {}, is_eeprom: {}, min: {}, max: {}, \
              default: {} }},",
             row[3],
             row[10],
+            row[11],
             field(row),
             row[4] == "rw",
             row[5] == "eeprom",

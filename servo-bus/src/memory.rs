@@ -357,6 +357,8 @@ impl Memory {
             name: "indirect_address",
             #[cfg(feature = "names")]
             unit: "",
+            #[cfg(feature = "names")]
+            meaning: "",
             field,
             is_writable: true,
             is_eeprom: false,

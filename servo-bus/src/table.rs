@@ -52,6 +52,9 @@ pub struct Register {
     /// Unit of one.
     #[cfg(feature = "names")]
     pub unit: &'static str,
+    /// Meaning, and that of its values or bits; empty where the name says it.
+    #[cfg(feature = "names")]
+    pub meaning: &'static str,
 }
 
 /// A control table.

@@ -26,6 +26,8 @@ use crate::control::Control;
 use crate::guarded::{Guard, GuardedLink};
 use crate::neighbours::Neighbour;
 use crate::node::Node;
+use crate::quantity::{self, Quantity};
+use crate::servos::Servos;
 use crate::web::{Download, PageId, Pages};
 
 /// Jobs that wait for a node.
@@ -83,6 +85,8 @@ pub struct State {
 pub struct Core {
     /// The bus.
     pub hub: Arc<Hub>,
+    /// The way to the servos, if the bus has some in place of CAN.
+    pub servos: Option<Servos>,
     /// The pages.
     pub pages: Pages,
     state: Mutex<State>,
@@ -112,6 +116,7 @@ impl Core {
     ) -> Self {
         Self {
             hub: Arc::default(),
+            servos: None,
             pages,
             state: Mutex::default(),
             workers: Mutex::default(),
@@ -136,6 +141,22 @@ impl Core {
         })
     }
 
+    /// The quantities of a sample.
+    pub fn quantities(&self) -> &'static [Quantity] {
+        match self.servos {
+            Some(_) => &quantity::SERVO,
+            None => &quantity::ALL,
+        }
+    }
+
+    /// What a node is, in names of files and messages.
+    pub fn noun(&self) -> &'static str {
+        match self.servos {
+            Some(_) => "servo",
+            None => "actuator",
+        }
+    }
+
     /// Time since the start of the program, s.
     pub fn now_s(&self) -> f64 {
         self.start.elapsed().as_secs_f64()
@@ -155,7 +176,12 @@ impl Core {
             }
             state.log.push_back(entry);
         });
-        let node = node.map_or_else(String::new, |node| format!("node {node}: "));
+        let noun = if self.servos.is_some() {
+            "servo"
+        } else {
+            "node"
+        };
+        let node = node.map_or_else(String::new, |node| format!("{noun} {node}: "));
         (self.notify)(&format!("{node}{text}"));
     }
 
