@@ -9,6 +9,7 @@ use serde_json::json;
 use crate::attach;
 use crate::core::{Core, State};
 use crate::motion::Supervisor;
+use crate::quantity;
 use crate::record::Row;
 
 /// Period of this thread.
@@ -134,7 +135,7 @@ fn put(
 
 /// Sends the pages the samples that they lack.
 fn send_samples(core: &Core) {
-    let quantities = core.quantities().len();
+    let quantities = quantity::of(core).len();
     let (number, bytes, dropped) = core.with(|state| {
         let (mut number, mut bytes, mut dropped) = (0, Vec::new(), 0);
         for (node, entry) in &mut state.nodes {

@@ -26,7 +26,6 @@ use crate::control::Control;
 use crate::guarded::{Guard, GuardedLink};
 use crate::neighbours::Neighbour;
 use crate::node::Node;
-use crate::quantity::{self, Quantity};
 use crate::servos::Servos;
 use crate::web::{Download, PageId, Pages};
 
@@ -139,22 +138,6 @@ impl Core {
             state.has_changed = true;
             state.nodes.get_mut(&node).map(change)
         })
-    }
-
-    /// The quantities of a sample.
-    pub fn quantities(&self) -> &'static [Quantity] {
-        match self.servos {
-            Some(_) => &quantity::SERVO,
-            None => &quantity::ALL,
-        }
-    }
-
-    /// What a node is, in names of files and messages.
-    pub fn noun(&self) -> &'static str {
-        match self.servos {
-            Some(_) => "servo",
-            None => "actuator",
-        }
     }
 
     /// Time since the start of the program, s.

@@ -263,7 +263,7 @@ impl Application for Bridge<'_> {
                 clock::devices(state),
                 neighbours_event(state),
                 state.control.event(),
-                clock::past(state, self.core.quantities().len(), now_s),
+                clock::past(state, quantity::of(self.core).len(), now_s),
             )
         });
         for event in [&hello, &devices, &neighbours] {

@@ -3,6 +3,8 @@
 use host_sim::can::telemetry::Telemetry;
 use serde::Serialize;
 
+use crate::core::Core;
+
 /// A quantity of the telemetry.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Quantity {
@@ -93,6 +95,14 @@ pub const SERVO: [Quantity; COUNT - 1] = [
         1.0,
     ),
 ];
+
+/// Those of the samples of this bus.
+pub fn of(core: &Core) -> &'static [Quantity] {
+    match core.servos {
+        Some(_) => &SERVO,
+        None => &ALL,
+    }
+}
 
 /// Places of quantities of actuators that the program itself uses.
 pub mod place {

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::Context;
 use super::objects::read_everything;
 use crate::parameter_file;
-use crate::quantity::Quantity;
+use crate::quantity::{self, Quantity};
 use crate::record::Row;
 
 /// Formats of parameter files.
@@ -74,10 +74,14 @@ pub fn save_recording(context: Context, request: Recording) {
     });
     let reply = context.reply.clone();
     let begun = context.core.spawn(move |core, _| {
-        let name = format!("{}-{}.{}", core.noun(), request.node, request.format);
+        let noun = match core.servos {
+            Some(_) => "servo",
+            None => "actuator",
+        };
+        let name = format!("{noun}-{}.{}", request.node, request.format);
         let written = match rows.as_deref() {
             None | Some([]) => Err("there are no samples in this time".to_owned()),
-            Some(rows) => write(rows, &name, core.quantities()).map_err(|error| error.to_string()),
+            Some(rows) => write(rows, &name, quantity::of(core)).map_err(|error| error.to_string()),
         };
         reply.result(written.map(|bytes| json!({ "path": core.offer(&name, bytes) })));
     });

@@ -10,6 +10,7 @@ use servo_bus::Register;
 use super::{Context, Request, files, motion, network};
 use crate::core::{Core, State};
 use crate::node::Node;
+use crate::quantity;
 use crate::record::MINUTES;
 use crate::servos::{GAP_S, Servo, WATCHDOG, attach};
 use crate::web::PageId;
@@ -21,7 +22,7 @@ pub fn hello(page: PageId, core: &Core, state: &State, bus: &str) -> Value {
     json!({
         "event": "hello", "kind": "servos", "page": page, "bus": bus,
         "now_s": core.now_s(), "version": env!("CARGO_PKG_VERSION"), "minutes": MINUTES,
-        "quantities": core.quantities(), "gap_s": GAP_S, "objects": [], "simulated": 0,
+        "quantities": quantity::of(core), "gap_s": GAP_S, "objects": [], "simulated": 0,
         "parquet": cfg!(feature = "parquet"), "log": state.log,
     })
 }

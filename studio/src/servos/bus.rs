@@ -8,17 +8,15 @@ use std::time::{Duration, Instant};
 
 use host_sim::servo_bus::client::{Client, Device, IDS, ServoError};
 use serde_json::json;
-use servo_bus::{Order, Table};
+use servo_bus::Order;
 
-use super::{Job, Servo, Servos};
-use crate::core::{Core, State};
+use super::changes::{abandon, answer, attach, look_at, missed, numbers, take};
+use super::{Job, Servos};
+use crate::core::Core;
 use crate::node::Node;
 
 /// Shortest time between two samples: that for which pages have memory.
 const PERIOD: Duration = Duration::from_millis(4);
-
-/// Samples in turn without an answer after which a servo counts as missing.
-const MOST_MISSES: u32 = 5;
 
 /// Time between two looks at the state of a servo, one register at a time.
 const LOOK: Duration = Duration::from_millis(20);
@@ -82,11 +80,6 @@ fn reopen(core: &Core, servos: &Servos, bus: &str) -> Option<Line> {
     core.log("info", None, "the bus is back");
     servos.scan();
     Some(Line::new(client))
-}
-
-/// A servo is not reached: what a page has commanded ends when it is reached again.
-fn abandon(node: &mut Node) {
-    node.is_stopping |= node.enabled_by.take().is_some();
 }
 
 /// The bytes that servos are read for a sample: first address, their number and order.
@@ -180,7 +173,7 @@ impl Line {
                 Err(error @ ServoError::Bus { .. }) => return Err(error),
                 // Again, until it counts as missing.
                 Err(ServoError::NoAnswer(_)) => {
-                    core.with_node(number, miss);
+                    missed(core, number);
                     continue;
                 }
                 Err(error) => {
@@ -239,22 +232,13 @@ impl Line {
                 self.client.sync_read(&ids, first, length)?
             };
             let step_s = (core.now_s() - from_s) / ids.len() as f64;
-            core.with(|state| {
-                for (place, (id, bytes)) in ids.iter().zip(answers).enumerate() {
-                    // The servos answer in turn.
-                    let at_s = from_s + (place as f64 + 0.5) * step_s;
-                    take(state, *id, at_s, bytes.as_deref());
+            for (place, (id, bytes)) in ids.iter().zip(answers).enumerate() {
+                // The servos answer in turn.
+                let at_s = from_s + (place as f64 + 0.5) * step_s;
+                match bytes {
+                    Some(bytes) => core.with(|state| take(state, *id, at_s, &bytes)),
+                    None => missed(core, *id),
                 }
-            });
-        }
-        for number in numbers(core, |node| node.is_lost) {
-            let is_new = core.with_node(number, |node| {
-                let is_new = node.servo.as_ref().is_some_and(|servo| servo.misses > 0);
-                node.servo.iter_mut().for_each(|servo| servo.misses = 0);
-                is_new
-            });
-            if is_new == Some(true) {
-                core.log("fault", Some(number), "does not answer");
             }
         }
         Ok(())
@@ -284,10 +268,9 @@ impl Line {
         let device = core.with(|state| Some(state.nodes.get(&number)?.servo.as_ref()?.device));
         let Some(device) = device else { return Ok(()) };
         let is_torque = self.looks.is_multiple_of(2);
-        let name = if is_torque {
-            "torque_enable"
-        } else {
-            device.error_register()?.name
+        let name = match is_torque {
+            true => "torque_enable",
+            false => device.error_register()?.name,
         };
         let Some(value) = answer(device.read(&mut self.client, name))? else {
             return Ok(());
@@ -302,114 +285,4 @@ impl Line {
         }
         Ok(())
     }
-}
-
-/// Notes the torque or the errors of a servo; returns the change in words, and whether its bus
-/// watchdog is on without need.
-fn look_at(
-    state: &mut State,
-    number: u8,
-    is_torque: bool,
-    value: i32,
-) -> (Option<(&'static str, String)>, bool) {
-    let State {
-        nodes, has_changed, ..
-    } = state;
-    let Some(node) = nodes.get_mut(&number) else {
-        return (None, false);
-    };
-    let Some(servo) = &mut node.servo else {
-        return (None, false);
-    };
-    let mut change = None;
-    if is_torque {
-        let is_on = value != 0;
-        if std::mem::replace(&mut servo.is_torque_on, is_on) != is_on {
-            let text = if is_on { "torque on" } else { "torque off" };
-            change = Some(("info", text.to_owned()));
-        }
-        if !is_on {
-            node.enabled_by = None;
-        }
-    } else if std::mem::replace(&mut servo.errors, value) != value {
-        let errors = servo.errors();
-        change = Some(match errors.is_empty() {
-            true => ("info", "no errors".to_owned()),
-            false => ("fault", format!("errors: {}", errors.join(", "))),
-        });
-    }
-    *has_changed |= change.is_some();
-    (change, servo.is_watched && node.enabled_by.is_none())
-}
-
-/// What a servo has answered; only errors of the bus are errors here.
-fn answer<T>(answered: Result<T, ServoError>) -> Result<Option<T>, ServoError> {
-    match answered {
-        Ok(value) => Ok(Some(value)),
-        Err(error @ ServoError::Bus { .. }) => Err(error),
-        Err(_) => Ok(None),
-    }
-}
-
-/// The servos of which this is true.
-fn numbers(core: &Core, is_one: impl Fn(&Node) -> bool) -> Vec<u8> {
-    core.with(|state| {
-        let nodes = state.nodes.iter().filter(|(_, node)| is_one(node));
-        nodes.map(|(number, _)| *number).collect()
-    })
-}
-
-/// A servo has not answered.
-fn miss(node: &mut Node) {
-    node.record.lost += 1;
-    let Some(servo) = &mut node.servo else { return };
-    servo.misses += 1;
-    if servo.misses >= MOST_MISSES {
-        node.is_lost = true;
-        abandon(node);
-    }
-}
-
-/// A sample of a servo, or its absence.
-fn take(state: &mut State, number: u8, at_s: f64, bytes: Option<&[u8]>) {
-    let count = state.nodes.len();
-    let Some(node) = state.nodes.get_mut(&number) else {
-        return;
-    };
-    let Some(bytes) = bytes else {
-        miss(node);
-        state.has_changed |= node.is_lost;
-        return;
-    };
-    if let Some(servo) = &mut node.servo {
-        servo.misses = 0;
-        node.record.push(None, at_s, servo.values(bytes), count);
-    }
-}
-
-/// Takes a servo up that has answered, or what was written to one.
-///
-/// # Errors
-/// Those of the bus.
-pub fn attach(
-    core: &Core,
-    client: &mut Client,
-    id: u8,
-    table: &'static Table,
-) -> Result<(), ServoError> {
-    let Some(mut servo) = answer(Servo::read(client, Device { id, table }))? else {
-        return Ok(());
-    };
-    let is_news = core.with(|state| {
-        let node = state.nodes.entry(id).or_default();
-        let before = node.servo.take();
-        servo.is_watched = before.as_ref().is_some_and(|before| before.is_watched);
-        node.servo = Some(servo);
-        state.has_changed = true;
-        std::mem::take(&mut node.is_lost) || before.is_none()
-    });
-    if is_news {
-        core.log("info", Some(id), &format!("found: {}", table.name));
-    }
-    Ok(())
 }

@@ -5,6 +5,7 @@
 //! order. Nothing of it takes longer than a few answers, so that a stop waits for no scan.
 
 mod bus;
+mod changes;
 mod servo;
 
 use std::sync::atomic::{AtomicU8, Ordering::Relaxed};
@@ -14,7 +15,8 @@ use host_sim::servo_bus::client::{Client, IDS};
 
 use crate::core::Busy;
 
-pub use bus::{attach, run};
+pub use bus::run;
+pub use changes::attach;
 pub use servo::{Servo, WATCHDOG};
 
 /// Jobs that wait for the line.

@@ -63,11 +63,11 @@ impl Servo {
         values
     }
 
-    /// Least and greatest goal, deg; the reason in an operating mode without angles.
+    /// Least and greatest goal, in hundredths of a degree within the limits; the reason in an operating mode without angles.
     pub fn limits_deg(&self) -> Result<(f64, f64), String> {
-        let of = |steps: i32| angle_deg(self.device.table, steps.into());
+        let of = |steps: i32| angle_deg(self.device.table, steps.into()) * 100.0;
         let (least, most) = self.limits.clone()?;
-        Ok((of(least), of(most)))
+        Ok((of(least).ceil() / 100.0, of(most).floor() / 100.0))
     }
 
     /// The errors in words.
