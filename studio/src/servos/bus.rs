@@ -24,6 +24,10 @@ const LOOK: Duration = Duration::from_millis(20);
 /// Time between two looks for a missing servo, each of which delays the samples by 25 ms.
 const SEEK: Duration = Duration::from_millis(500);
 
+/// IDs that are looked for twice, as an answer is late where the processor is busy: most servos have
+/// one of these.
+const USUAL: u8 = 20;
+
 /// Time after which a bus that was lost is opened again.
 const RETRY: Duration = Duration::from_millis(500);
 
@@ -250,11 +254,12 @@ impl Line {
         if is_there {
             return Ok(());
         }
-        match self.client.probe(id) {
-            Ok(Some(table)) => attach(core, &mut self.client, id, table),
-            Ok(None) | Err(ServoError::Refused { .. }) => Ok(()),
-            Err(error) => Err(error),
+        for _ in 0..if id <= USUAL { 2 } else { 1 } {
+            if let Some(Some(table)) = answer(self.client.probe(id))? {
+                return attach(core, &mut self.client, id, table);
+            }
         }
+        Ok(())
     }
 
     /// Reads the torque or the errors of the next servo.
