@@ -92,8 +92,8 @@ watch(() => {
   tab?.querySelector('.count')?.remove();
   if (latched) tab?.append(h('span', { class: 'count', title: `${latched} actuators with a fault` }, String(latched)));
   const lost = state.nodes.filter(node => node.is_lost).map(node => node.node);
-  const text = !socket.isOpen() && state.hello ? 'No connection to the server. The motions of this page have been stopped. Reconnecting …'
-    : state.busProblem ? `No connection to the bus: ${state.busProblem}. ${isServos() ? 'Servos go on to the goals that they have' : 'Actuators stop without the heartbeat of this program'}. Reconnecting …`
+  const text = !socket.isOpen() && state.hello ? `No connection to the server. ${isServos() ? 'It stops what this page has moved, unless it was killed' : 'The motions of this page have been stopped'}. Reconnecting …`
+    : state.busProblem ? `No connection to the bus: ${state.busProblem}. ${isServos() ? state.hello.bus.startsWith('dxl:') ? 'Enabled servos stop by their bus watchdog' : 'Servos go on to the goals that they have' : 'Actuators stop without the heartbeat of this program'}. Reconnecting …`
       : lost.length ? isServos() ? `Servo ${lost.join(', ')} does not answer.` : `Node ${lost.join(', ')}: the heartbeat is lost.` : '';
   $('banner').hidden = !text;
   say($('banner'), text);

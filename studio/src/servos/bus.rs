@@ -24,8 +24,8 @@ const LOOK: Duration = Duration::from_millis(20);
 /// Time between two looks for a missing servo, each of which delays the samples by 25 ms.
 const SEEK: Duration = Duration::from_millis(500);
 
-/// IDs that are looked for twice, as an answer is late where the processor is busy: most servos have
-/// one of these.
+/// IDs that are looked for twice, and longer, as an answer is late where the processor is busy: most
+/// servos have one of these.
 const USUAL: u8 = 20;
 
 /// Time after which a bus that was lost is opened again.
@@ -254,12 +254,14 @@ impl Line {
         if is_there {
             return Ok(());
         }
-        for _ in 0..if id <= USUAL { 2 } else { 1 } {
-            if let Some(Some(table)) = answer(self.client.probe(id))? {
-                return attach(core, &mut self.client, id, table);
-            }
+        let mut found = answer(self.client.probe(id))?.flatten();
+        if found.is_none() && id <= USUAL {
+            found = answer(self.client.table(id))?;
         }
-        Ok(())
+        match found {
+            Some(table) => attach(core, &mut self.client, id, table),
+            None => Ok(()),
+        }
     }
 
     /// Reads the torque or the errors of the next servo.
