@@ -88,16 +88,14 @@ impl Bench {
         }
     }
 
-    fn read(&mut self, id: u8, name: &'static str) -> i32 {
+    fn device(&mut self, id: u8) -> Device {
         let table = self.client.table(id).expect("a table");
-        let device = Device { id, table };
-        device.read(&mut self.client, name).expect("a value")
+        Device { id, table }
     }
 
-    fn write(&mut self, id: u8, name: &'static str, value: i32) {
-        let table = self.client.table(id).expect("a table");
-        let device = Device { id, table };
-        device.write(&mut self.client, name, value).expect(name);
+    fn read(&mut self, id: u8, name: &'static str) -> i32 {
+        let device = self.device(id);
+        device.read(&mut self.client, name).expect(name)
     }
 
     /// Waits until the shaft turns, without the page.
@@ -121,8 +119,15 @@ impl Bench {
                 (position, since) = (now, Instant::now());
             }
         }
-        println!("at rest after {:.2} s", (since - start).as_secs_f64());
         (position, since - start)
+    }
+
+    /// Checks that a motion has ended in time, and that the servo holds the angle.
+    fn is_halted(&mut self, id: u8, what: &str) {
+        let (position, after) = self.rests(id);
+        assert!(after < AT_REST, "{what}: {after:?}");
+        assert!((self.read(id, "goal_position") - position).abs() < 12);
+        assert_eq!(self.read(id, "torque_enable"), 1, "an arm does not fall");
     }
 
     /// A page that knows this many servos.
@@ -138,27 +143,19 @@ impl Bench {
 
     /// Enables a servo and begins a slow motion.
     fn begin(&mut self, id: u8, page: &mut Page) {
-        let speed = if self.protocol == "sts" {
-            "goal_velocity"
-        } else {
-            "profile_velocity"
+        let (speed, slow) = match self.protocol {
+            "sts" => ("goal_velocity", SLOW),
+            _ => ("profile_velocity", SLOW / 16),
         };
-        let slow = if self.protocol == "sts" {
-            SLOW
-        } else {
-            SLOW / 16
-        };
-        self.write(id, speed, slow);
+        let device = self.device(id);
+        device.write(&mut self.client, speed, slow).expect(speed);
         // A page before it may not be gone yet.
         page.ask("take_control", json!({})).expect("it may ask");
         page.until("control", |page| page.control == page.number);
         page.ask("enable", json!({ "node": id }))
             .expect("it is enabled");
-        let deg = if self.read(id, "present_position") > 2048 {
-            -170.0
-        } else {
-            170.0
-        };
+        let is_ahead = self.read(id, "present_position") > 2048;
+        let deg = if is_ahead { -170.0 } else { 170.0 };
         page.ask("move", json!({ "node": id, "deg": deg }))
             .expect("it moves");
         self.turns(id, page);
@@ -179,35 +176,22 @@ fn six_servos_are_found_sampled_moved_and_stopped_by_any_page() {
     page.until("samples", |page| page.samples.len() == 6);
     // After the scan.
     page.until("the end of the scan", |page| page.ended_task == Some(0));
-    let counts = |page: &Page| {
-        page.samples
-            .values()
-            .map(|(count, _)| *count)
-            .collect::<Vec<_>>()
-    };
-    let (before, start) = (counts(&page), Instant::now());
+    let (before, start) = (page.samples.clone(), Instant::now());
     while start.elapsed() < Duration::from_secs(2) {
         page.take();
     }
     let seconds = start.elapsed().as_secs_f64();
-    for (before, after) in before.into_iter().zip(counts(&page)) {
-        let rate_hz = (after - before) as f64 / seconds;
-        println!("{rate_hz:.0} Hz");
-        assert!(rate_hz > 50.0, "{rate_hz} Hz");
+    for (id, (count, _)) in &page.samples {
+        let rate_hz = (count - before[id].0) as f64 / seconds;
+        assert!(rate_hz > 50.0, "servo {id}: {rate_hz} Hz");
     }
-    assert!(
-        (page.last(1, "supply") - 7.4).abs() < 0.2,
-        "{}",
-        page.last(1, "supply")
-    );
+    let supply_v = page.last(1, "supply");
+    assert!((supply_v - 7.4).abs() < 0.2, "{supply_v} V");
 
     let refused = page.ask("move", json!({ "node": 2, "deg": 20.0 }));
     assert_eq!(refused, Err("the servo is not enabled".into()));
-    // An old goal is not followed when the torque is turned on.
-    let before = bench.read(2, "present_position");
     page.ask("enable", json!({ "node": 2 }))
         .expect("it is enabled");
-    assert!((bench.rests(2).0 - before).abs() < 10);
     page.ask("move", json!({ "node": 2, "deg": 45.0 }))
         .expect("it moves");
     page.until("the goal", |page| {
@@ -223,21 +207,11 @@ fn six_servos_are_found_sampled_moved_and_stopped_by_any_page() {
     bench.begin(2, &mut page);
     let mut other = bench.page(6);
     let refused = other.ask("move", json!({ "node": 2, "deg": 0.0 }));
-    assert!(
-        refused
-            .unwrap_err()
-            .contains("another page has the control")
-    );
+    let error = refused.expect_err("another page has the control");
+    assert!(error.contains("another page has the control"), "{error}");
     other.ask("stop", json!({})).expect("every page may");
-    let (position, after) = bench.rests(2);
-    assert!(after < AT_REST, "{after:?}");
-    assert!((bench.read(2, "goal_position") - position).abs() < 12);
-    assert_eq!(bench.read(2, "torque_enable"), 1, "an arm does not fall");
-    assert_eq!(
-        bench.read(1, "torque_enable"),
-        0,
-        "a stop turns no torque on"
-    );
+    bench.is_halted(2, "a stop");
+    assert_eq!(bench.read(1, "torque_enable"), 0, "it is off");
     let refused = page.ask("move", json!({ "node": 2, "deg": 20.0 }));
     assert_eq!(refused, Err("the servo is not enabled".into()));
     page.ask("disable", json!({ "node": 2 }))
@@ -253,25 +227,19 @@ fn the_loss_of_a_page_and_the_end_of_the_server_stop_what_was_moved() {
         let mut page = bench.page(2);
         bench.begin(2, &mut page);
         page.is_alive = false;
-        let (position, after) = bench.rests(2);
-        assert!(after < AT_REST, "{name}, hangs: {after:?}");
-        assert!((bench.read(2, "goal_position") - position).abs() < 12);
+        bench.is_halted(2, "hangs");
         drop(page);
         let mut page = bench.page(2);
         bench.begin(2, &mut page);
         drop(page);
-        let (position, after) = bench.rests(2);
-        assert!(after < AT_REST, "{name}, closed: {after:?}");
-        assert!((bench.read(2, "goal_position") - position).abs() < 12);
+        bench.is_halted(2, "closed");
         let mut page = bench.page(2);
         bench.begin(2, &mut page);
         if protocol == "dxl" {
             assert_eq!(bench.read(2, "bus_watchdog"), 25, "of 20 ms");
         }
         bench.studio = None;
-        let (position, after) = bench.rests(2);
-        assert!(after < AT_REST, "{name}, the server ends: {after:?}");
-        assert!((bench.read(2, "goal_position") - position).abs() < 12);
+        bench.is_halted(2, "the server ends");
         if protocol == "dxl" {
             assert_eq!(bench.read(2, "bus_watchdog"), 0);
         }
@@ -297,9 +265,7 @@ fn a_servo_that_vanishes_is_missing_and_is_stopped_when_it_returns() {
     });
     fault(&bench, false);
     page.until("its return", |page| node(page, 3)["is_lost"] == false);
-    let (position, after) = bench.rests(3);
-    assert!(after < AT_REST, "{after:?}");
-    assert!((bench.read(3, "goal_position") - position).abs() < 12);
+    bench.is_halted(3, "a stop");
     page.until("the end of its motion", |page| {
         node(page, 3)["is_enabled"] == false
     });
@@ -358,8 +324,13 @@ fn registers_are_written_by_name_and_refused_with_the_reason() {
             .as_f64()
             .is_some_and(|deg| (deg - 83.672).abs() < 0.01)
     });
+    // A goal of before is not followed.
+    let (device, before) = (bench.device(1), bench.read(1, "present_position"));
+    let written = device.write(&mut bench.client, "goal_position", before + 500);
+    written.expect("it is taken");
     page.ask("enable", json!({ "node": 1 }))
         .expect("it is enabled");
+    assert!((bench.rests(1).0 - before).abs() < 10);
     let refused = page.ask(
         "write",
         json!({ "node": 1, "object": "operating_mode", "value": "4" }),

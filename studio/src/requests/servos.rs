@@ -15,6 +15,8 @@ use crate::record::MINUTES;
 use crate::servos::{GAP_S, Servo, WATCHDOG, attach};
 use crate::web::PageId;
 
+const NOT_ENABLED: &str = "the servo is not enabled";
+
 /// Registers without which the servo is not reached as before.
 const ADDRESSES: [&str; 2] = ["id", "baud_rate"];
 
@@ -44,7 +46,7 @@ pub fn dispatch(context: Context, request: Request) {
                 .for_each(|servos| servos.end_scan());
         }
         Request::Stop => motion::stop(&context),
-        Request::Enable { node } => context.move_servo(node, enable),
+        Request::Enable { node } => context.move_servo(node, true, enable),
         Request::Disable { node } => disable(context, node),
         Request::Move { node, deg } => go(context, node, deg),
         Request::ReadAll { node } => context.at_servo(node, |_, client, device| {
@@ -85,26 +87,31 @@ impl Context {
         self.reply.busy(requested.unwrap_or(Ok(())));
     }
 
-    /// The same for work that moves the shaft: a stop since the request refuses it, and what it has
-    /// begun ends with a later stop or with this page.
+    /// The same for work that moves the shaft, or `enables` it: a stop since the request refuses it,
+    /// and what it has begun ends with a later stop or with this page.
     fn move_servo(
         self,
         number: u8,
+        enables: bool,
         work: impl FnOnce(&Core, &mut Client, Device) -> Result<Value, String> + Send + 'static,
     ) {
         let (guard, page) = (self.core.guard(number), self.page);
         self.at_servo(number, move |core, client, device| {
-            let is_stopped = core.with_node(number, |node| {
-                let is_stopped = guard.is_stopped() || node.is_stopping;
-                if !is_stopped {
-                    // Before the work: a stop during the work halts the servo behind it.
-                    node.enabled_by = Some(page);
+            let refusal = core.with_node(number, |node| {
+                if guard.is_stopped() || node.is_stopping {
+                    return Some("stopped");
                 }
-                is_stopped
+                // A goal would turn the torque of an STS on that was released meanwhile.
+                if !enables && !(node.is_powered() && node.enabled_by.is_some()) {
+                    return Some(NOT_ENABLED);
+                }
+                // Before the work: a stop during the work halts the servo behind it.
+                node.enabled_by = Some(page);
+                None
             });
-            match is_stopped {
-                Some(false) => work(core, client, device),
-                _ => Err("stopped".into()),
+            match refusal.flatten() {
+                Some(why) => Err(why.to_owned()),
+                None => work(core, client, device),
             }
         });
     }
@@ -127,7 +134,7 @@ fn enabled(state: &State, number: u8) -> Result<&Servo, String> {
     let is_enabled = servo.is_torque_on && node.enabled_by.is_some() && !node.is_stopping;
     is_enabled
         .then_some(servo)
-        .ok_or_else(|| "the servo is not enabled".into())
+        .ok_or_else(|| NOT_ENABLED.to_owned())
 }
 
 fn text(error: impl ToString) -> String {
@@ -193,9 +200,7 @@ fn go(context: Context, number: u8, deg: f64) {
         ))
     });
     match goal {
-        Ok(goal) => context.move_servo(number, move |core, client, device| {
-            // The torque may have been released meanwhile: a goal would turn that of an STS on.
-            core.with(|state| enabled(state, number).map(drop))?;
+        Ok(goal) => context.move_servo(number, false, move |_, client, device| {
             let written = device.write(client, "goal_position", goal);
             written.map(|()| json!(null)).map_err(text)
         }),
@@ -264,10 +269,7 @@ fn write(context: Context, number: u8, name: &str, entered: &str) {
         Ok(describe(register, value))
     };
     match is_goal {
-        true => context.move_servo(number, move |core, client, device| {
-            core.with(|state| enabled(state, number).map(drop))?;
-            work(core, client, device)
-        }),
+        true => context.move_servo(number, false, work),
         false => context.at_servo(number, work),
     }
 }
