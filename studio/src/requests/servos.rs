@@ -102,7 +102,8 @@ impl Context {
                     return Some("stopped");
                 }
                 // A goal would turn the torque of an STS on that was released meanwhile.
-                if !enables && !(node.is_powered() && node.enabled_by.is_some()) {
+                let is_enabled = node.is_powered() && node.enabled_by.is_some();
+                if !enables && !is_enabled {
                     return Some(NOT_ENABLED);
                 }
                 // Before the work: a stop during the work halts the servo behind it.
