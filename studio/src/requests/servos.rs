@@ -87,8 +87,8 @@ impl Context {
         self.reply.busy(requested.unwrap_or(Ok(())));
     }
 
-    /// The same for work that moves the shaft, or `enables` it: a stop since the request refuses it,
-    /// and what it has begun ends with a later stop or with this page.
+    /// The same for work that moves the shaft, or `enables` it: a stop since the request refuses
+    /// it, and what it has begun ends with a later stop or with this page.
     fn move_servo(
         self,
         number: u8,

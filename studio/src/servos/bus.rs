@@ -24,8 +24,8 @@ const LOOK: Duration = Duration::from_millis(20);
 /// Time between two looks for a missing servo, each of which delays the samples by 25 ms.
 const SEEK: Duration = Duration::from_millis(500);
 
-/// IDs that are looked for twice, and longer, as an answer is late where the processor is busy: most
-/// servos have one of these.
+/// IDs that are looked for twice, and longer, as an answer is late where the processor is busy:
+/// most servos have one of these.
 const USUAL: u8 = 20;
 
 /// Time after which a bus that was lost is opened again.

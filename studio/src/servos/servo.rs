@@ -63,7 +63,8 @@ impl Servo {
         values
     }
 
-    /// Least and greatest goal, in hundredths of a degree within the limits; the reason in an operating mode without angles.
+    /// Least and greatest goal, deg, as whole hundredths within the limits; the reason in an
+    /// operating mode without angles.
     pub fn limits_deg(&self) -> Result<(f64, f64), String> {
         let of = |steps: i32| angle_deg(self.device.table, steps.into()) * 100.0;
         let (least, most) = self.limits.clone()?;
