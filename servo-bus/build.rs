@@ -164,11 +164,13 @@ fn micro_amperes(unit: &str) -> u16 {
 fn register(row: &[&str]) -> String {
     format!(
         "Register {{ #[cfg(feature = \"names\")] name: \"{}\", #[cfg(feature = \"names\")] \
-         unit: \"{}\", #[cfg(feature = \"names\")] object: {}, field: {}, is_writable: {}, \
+         unit: \"{}\", #[cfg(feature = \"names\")] object: {}, #[cfg(feature = \"names\")] \
+         meaning: \"{}\", field: {}, is_writable: {}, \
          is_eeprom: {}, min: {}, max: {}, default: {} }},",
         row[3],
         row[10],
         object(row[11]),
+        row[12],
         field(row),
         row[4] == "rw",
         row[5] == "eeprom",

@@ -16,11 +16,12 @@ use studio::{NativeBus, Notice, Options};
 ///
 /// Without --bus it simulates two actuators, so that no hardware is needed. The address that it
 /// prints contains a token, which permits to command the actuators. An interrupt ends it, stops
-/// the drives, and leaves the actuators as they were.
+/// the drives, and leaves the actuators as they were. Servos hold the angle that they have.
 #[derive(Debug, Args)]
 pub struct Studio {
-    /// HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), or a SocketCAN interface
-    /// (can0) [default: simulated actuators]
+    /// HOST:PORT for slcan over TCP, a serial device (/dev/ttyACM0, COM3), a SocketCAN interface
+    /// (can0), or servos: sts:/dev/ttyUSB0 of Feetech, dxl:/dev/ttyUSB0@57600 of Robotis, at
+    /// 1,000,000 bit/s unless another rate follows, sts:HOST:PORT [default: simulated actuators]
     #[arg(long, value_name = "BUS")]
     bus: Option<String>,
     /// Bit rate of the adapter, kbit/s

@@ -348,6 +348,8 @@ impl Memory {
             unit: "",
             #[cfg(feature = "names")]
             object: None,
+            #[cfg(feature = "names")]
+            meaning: "",
             field,
             is_writable: true,
             is_eeprom: false,

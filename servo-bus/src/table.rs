@@ -56,6 +56,9 @@ pub struct Register {
     /// this servo. A goal's object has the value of its profile at the time.
     #[cfg(feature = "names")]
     pub object: Option<(u16, u8)>,
+    /// Meaning, and that of its values or bits; empty where the name says it.
+    #[cfg(feature = "names")]
+    pub meaning: &'static str,
 }
 
 /// The registers of a model by their address: those of its family, and its own.

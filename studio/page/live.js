@@ -2,14 +2,14 @@
 import { h, put, say, button, attempt, download, short, table, card } from './dom.js';
 import { on, request, getToken } from './socket.js';
 import { NumberField } from './number.js';
-import { state, watch, actuators, hasControl, colour, object, quantityOf } from './state.js';
+import { state, watch, actuators, isServos, noun, hasControl, colour, object, quantityOf } from './state.js';
 import { latest, ring } from './ring.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
 import { saving } from './save.js';
 import { objectsCard } from './xy.js';
 
 // What the user has chosen stays while other views are shown.
-const chosen = { nodes: null, panels: ['angle', 'rate', 'current', 'duty'], window: 10, isBeside: false };
+const chosen = { nodes: null, isPicked: false, panels: ['angle', 'rate', 'current', 'duty'], window: 10, isBeside: false };
 // Since when is recorded, s, and which actuators.
 let recording = null;
 const LONGEST_S = 3600;
@@ -18,7 +18,7 @@ on('closed', () => { recording = null; });
 const show = host => {
   const all = panelsOf(state.hello.quantities);
   const panels = () => all.filter(panel => chosen.panels.includes(panel.id));
-  const plots = h('div', { id: 'live-plots' }), nodes = h('div', { class: 'row', role: 'group', 'aria-label': 'Actuators' });
+  const plots = h('div', { id: 'live-plots' }), nodes = h('div', { class: 'row', role: 'group', 'aria-label': `${noun()}s` });
   // One of all actuators, or one of each beside the others.
   let drawn = [], end = null, span = chosen.window;
   const build = () => {
@@ -34,7 +34,7 @@ const show = host => {
       plot.reset = () => setEnd(null);
       Object.assign(plot, { end, window: span });
       plot.show(nodes);
-      if (groups.length > 1) hosts[i].prepend(h('h3', {}, `Actuator ${nodes[0]}`));
+      if (groups.length > 1) hosts[i].prepend(h('h3', {}, `${noun()} ${nodes[0]}`));
       return plot;
     });
   };
@@ -100,11 +100,12 @@ const show = host => {
         h('div', { class: 'row' }, 'Save what is shown:', formats.map(format => button(format.toUpperCase(), () => save(format), { id: `save-${format}` })), saving(plots, 'live')),
         speed),
       h('p', { class: 'soft' }, 'Drag across a plot to zoom, double-click to follow again. Click a name to hide its curve. Grey: no telemetry.')),
-    objectsCard(), capture()));
+    isServos() ? [] : [objectsCard(), capture()]));
 
   let shown = '';
   const unwatch = watch(() => {
     const known = actuators().map(node => node.node);
+    if (isServos() && !chosen.isPicked && known.length) chosen.nodes = known;
     chosen.nodes ??= known.length ? known.slice(0, 4) : null;
     const now = `${known} ${chosen.nodes}`;
     if (now === shown || !chosen.nodes) return;
@@ -112,12 +113,13 @@ const show = host => {
     put(nodes, known.map(node => {
       const chip = button('', () => {
         chosen.nodes = chosen.nodes.includes(node) ? chosen.nodes.filter(other => other !== node) : [...chosen.nodes, node].sort((a, b) => a - b);
+        chosen.isPicked = true;
         chip.setAttribute('aria-pressed', chosen.nodes.includes(node));
         build();
       }, { class: 'chip', 'aria-pressed': chosen.nodes.includes(node) });
       const mark = h('i');
       mark.style.color = `var(--c${colour(node)})`;
-      put(chip, mark, `Node ${node}`);
+      put(chip, mark, `${isServos() ? noun() : 'Node'} ${node}`);
       return chip;
     }));
     beside.hidden = known.length < 2;

@@ -2,7 +2,7 @@
 import * as socket from './socket.js';
 import * as rings from './ring.js';
 import { h, put, say, button, toast } from './dom.js';
-import { state, watch, actuators, choose, angleUnit, chooseAngles } from './state.js';
+import { state, watch, actuators, choose, isServos, noun, angleUnit, chooseAngles } from './state.js';
 import * as control from './control.js';
 import devices from './devices.js';
 import live from './live.js';
@@ -14,14 +14,22 @@ import commission from './commission.js';
 import faults from './faults.js';
 import bus from './bus.js';
 import tour from './tour.js';
+import servoDevices from './servo-devices.js';
+import servoMove from './servo-move.js';
+import servoParameters from './servo-parameters.js';
 
-const views = [devices, live, move, parameters, tune, identify, commission, faults, bus, tour];
+// The views by what is on the bus.
+const VIEWS = {
+  actuators: [devices, live, move, parameters, tune, identify, commission, faults, bus, tour],
+  servos: [servoDevices, live, servoMove, servoParameters],
+};
+let views = [];
 const $ = id => document.getElementById(id);
 let current = null, leave = null;
 
 // Shows a view; it returns what is to be done when it is left.
 const show = id => {
-  const view = views.find(view => view.id === id) ?? devices;
+  const view = views.find(view => view.id === id) ?? views[0];
   if (!state.hello || current === view) return;
   leave?.();
   current = view;
@@ -47,10 +55,16 @@ const icon = path => {
   return svg;
 };
 
-views.forEach((view, i) => $('tabs').append(h('button', {
-  id: `tab-${view.id}`, type: 'button', role: 'tab', 'aria-selected': 'false', 'aria-controls': 'view',
-  title: `Key: ${(i + 1) % 10}`, onclick: () => show(view.id),
-}, icon(view.icon), view.title)));
+// The tabs of the views of this kind of bus.
+const offer = kind => {
+  if (views === VIEWS[kind]) return;
+  views = VIEWS[kind];
+  put($('tabs'), views.map((view, i) => h('button', {
+    id: `tab-${view.id}`, type: 'button', role: 'tab', 'aria-selected': 'false', 'aria-controls': 'view',
+    title: `Key: ${(i + 1) % 10}`, onclick: () => show(view.id),
+  }, icon(view.icon), view.title)));
+  say($('node-label'), noun());
+};
 addEventListener('keydown', event => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.target.matches('input, select, textarea')) return;
   const view = /^\d$/.test(event.key) && views[(+event.key + 9) % 10];
@@ -70,17 +84,17 @@ watch(() => {
   const options = actuators().map(node => `${node.node}`).join();
   if ($('node').dataset.options !== options) {
     $('node').dataset.options = options;
-    put($('node'), actuators().map(node => h('option', { value: node.node }, `${node.node} (no. ${node.serial})`)));
+    put($('node'), actuators().map(node => h('option', { value: node.node }, `${node.node} (${isServos() ? node.name : `no. ${node.serial}`})`)));
   }
   $('node').value = state.node ?? '';
   const latched = state.nodes.filter(node => node.has_fault).length;
   const tab = $('tab-faults');
-  tab.querySelector('.count')?.remove();
-  if (latched) tab.append(h('span', { class: 'count', title: `${latched} actuators with a fault` }, String(latched)));
+  tab?.querySelector('.count')?.remove();
+  if (latched) tab?.append(h('span', { class: 'count', title: `${latched} actuators with a fault` }, String(latched)));
   const lost = state.nodes.filter(node => node.is_lost).map(node => node.node);
-  const text = !socket.isOpen() && state.hello ? 'No connection to the server. The motions of this page have been stopped. Reconnecting …'
-    : state.busProblem ? `No connection to the bus: ${state.busProblem}. Actuators stop without the heartbeat of this program. Reconnecting …`
-      : lost.length ? `Node ${lost.join(', ')}: the heartbeat is lost.` : '';
+  const text = !socket.isOpen() && state.hello ? `No connection to the server. ${isServos() ? 'It stops what this page has moved, unless it was killed' : 'The motions of this page have been stopped'}. Reconnecting …`
+    : state.busProblem ? `No connection to the bus: ${state.busProblem}. ${isServos() ? state.hello.bus.startsWith('dxl:') ? 'Enabled servos stop by their bus watchdog' : 'Servos go on to the goals that they have' : 'Actuators stop without the heartbeat of this program'}. Reconnecting …`
+      : lost.length ? isServos() ? `Servo ${lost.join(', ')} does not answer.` : `Node ${lost.join(', ')}: the heartbeat is lost.` : '';
   $('banner').hidden = !text;
   say($('banner'), text);
   say($('bus-name'), state.hello ? `${state.hello.bus}` : '');
@@ -111,12 +125,13 @@ socket.on('samples', rings.receive);
 socket.on('hello', hello => {
   rings.clear();
   rings.define(hello.quantities, hello.minutes);
+  offer(hello.kind);
   dropped = 0;
   const id = current?.id ?? (location.hash.slice(1) || 'devices');
   // What a view shows belongs to the connection.
   leave?.();
   current = leave = null;
-  $('tab-tour').hidden = !hello.simulated;
+  if ($('tab-tour')) $('tab-tour').hidden = !hello.simulated;
   show(id);
   document.body.dataset.state = 'ready';
 });

@@ -3,13 +3,13 @@
 // All actuators share one grid of time: each of its steps, a few pixels wide, has the smallest and
 // the largest sample of each actuator, so that no peak is lost and the number of points is bounded.
 import { latest, ring, column } from './ring.js';
-import { colour, state, factor, shown, torqueFactor } from './state.js';
+import { colour, state, isServos, factor, shown, torqueFactor } from './state.js';
 import { short } from './dom.js';
 
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 const PERIOD_S = 0.004;
-// Samples that are further apart are a gap.
-const GAP_S = 3.5 * PERIOD_S;
+// Samples that are further apart are a gap, s; servos are sampled at the rate of their bus.
+const gapOf = hello => hello.gap_s ?? 3.5 * PERIOD_S;
 // Samples come in groups: those of one actuator may be this much later than those of another.
 const LATE_S = 0.3;
 
@@ -128,7 +128,7 @@ export class LivePlot {
     const r = ring(node);
     if (!r) return y;
     const values = r.values[column(key === 'torque' ? 'current' : key)], time = r.time, by = scaleOf(node, key);
-    const least = Math.max(GAP_S, 1.5 * step), from = r.find(start);
+    const least = Math.max(gapOf(state.hello), 1.5 * step), from = r.find(start);
     let before = from > r.first ? start : null;
     // One quantity of an actuator shows the gaps of all.
     const gap = until => { if (key === this.panels[0].keys[0]) this.gaps.push([before, until]); };
@@ -178,7 +178,7 @@ const LEAST = { angle: 1, rate: 10, current: 50, torque: 0.05, back_emf: 0.2, du
 const TORQUE = { key: 'torque', label: 'Torque', unit: 'N m' };
 export const panelsOf = quantities => {
   const by = key => quantities.find(quantity => quantity.key === key);
-  return quantities.filter(quantity => quantity.key !== 'demand').flatMap(quantity => quantity.key === 'current' ? [quantity, TORQUE] : [quantity]).map(quantity => ({
+  return quantities.filter(quantity => quantity.key !== 'demand').flatMap(quantity => quantity.key === 'current' && !isServos() ? [quantity, TORQUE] : [quantity]).map(quantity => ({
     id: quantity.key, label: quantity.label, unit: shown(quantity.unit), least: (LEAST[quantity.key] ?? 1) / factor(quantity.unit),
     keys: quantity.key === 'angle' ? ['angle', 'demand'] : [quantity.key],
     names: quantity.key === 'angle' ? [quantity.label, by('demand').label] : [quantity.label],

@@ -11,14 +11,17 @@ export const watch = watcher => { watchers.add(watcher); watcher(); return () =>
 const changed = () => watchers.forEach(watcher => watcher());
 
 export const actuators = () => state.nodes.filter(node => node.is_actuator);
+export const isServos = () => state.hello?.kind === 'servos';
+// What moves.
+export const noun = () => isServos() ? 'Servo' : 'Actuator';
 export const chosen = () => state.nodes.find(node => node.node === state.node);
 export const hasControl = () => state.control.holder === state.page;
 // Why the chosen actuator cannot be moved from this page; empty if it can.
 export const whyNot = () => {
   const one = chosen();
-  return !hasControl() ? 'Another page has control: take it to move.' : !one ? 'No actuator has been found.'
-    : state.busProblem || one.is_lost ? 'The actuator is not connected.' : one.has_fault ? 'A fault: see the view Faults, and reset it there.'
-      : one.is_stopping ? 'The drive is stopping.' : one.is_commissioned ? 'The actuator is being commissioned.' : !one.is_enabled ? 'The drive is not enabled: hold the button in the view Move for a moment.' : '';
+  return !hasControl() ? 'Another page has control: take it to move.' : !one ? `No ${noun().toLowerCase()} has been found.`
+    : state.busProblem || one.is_lost ? `The ${noun().toLowerCase()} is not connected.` : one.has_fault && !isServos() ? 'A fault: see the view Faults, and reset it there.'
+      : one.is_stopping ? 'The drive is stopping.' : one.is_commissioned ? 'The actuator is being commissioned.' : !one.is_enabled ? `The ${isServos() ? 'servo' : 'drive'} is not enabled: hold the button in the view Move for a moment.` : '';
 };
 export const object = address => state.objects.get(address);
 export const choose = node => { state.node = node; changed(); };

@@ -9,7 +9,7 @@ use serde_json::json;
 use crate::attach;
 use crate::core::{Core, State};
 use crate::motion::Supervisor;
-use crate::quantity::COUNT;
+use crate::quantity;
 use crate::record::Row;
 
 /// Period of this thread.
@@ -111,20 +111,23 @@ fn check(core: &Arc<Core>, now: Instant) {
     }
 }
 
-/// Bytes of a sample: the time as f64, and the quantities as f32.
-const SAMPLE_BYTES: usize = 8 + 4 * COUNT;
-
 /// Appends the samples of a node to a message: the node-ID (u8), zero (u8), the number of rows
-/// (u16) and of samples lost on the bus so far (u32), then the rows; little-endian.
-fn put(bytes: &mut Vec<u8>, node: u8, lost: u64, rows: impl ExactSizeIterator<Item = Row>) {
+/// (u16) and of samples lost on the bus so far (u32), then the rows, the time as f64 and the
+/// quantities as f32; little-endian.
+fn put(
+    bytes: &mut Vec<u8>,
+    (node, lost): (u8, u64),
+    quantities: usize,
+    rows: impl ExactSizeIterator<Item = Row>,
+) {
     let count = rows.len();
-    bytes.reserve(8 + count * SAMPLE_BYTES);
+    bytes.reserve(8 + count * (8 + 4 * quantities));
     bytes.extend([node, 0]);
     bytes.extend((count as u16).to_le_bytes());
     bytes.extend((lost as u32).to_le_bytes());
     for row in rows {
         bytes.extend(row.time_s.to_le_bytes());
-        for value in row.values {
+        for value in row.values.iter().take(quantities) {
             bytes.extend(value.to_le_bytes());
         }
     }
@@ -132,6 +135,7 @@ fn put(bytes: &mut Vec<u8>, node: u8, lost: u64, rows: impl ExactSizeIterator<It
 
 /// Sends the pages the samples that they lack.
 fn send_samples(core: &Core) {
+    let quantities = quantity::of(core).len();
     let (number, bytes, dropped) = core.with(|state| {
         let (mut number, mut bytes, mut dropped) = (0, Vec::new(), 0);
         for (node, entry) in &mut state.nodes {
@@ -139,7 +143,8 @@ fn send_samples(core: &Core) {
             dropped += std::mem::take(&mut record.dropped);
             if !record.pending.is_empty() {
                 number += record.pending.len() as u64;
-                put(&mut bytes, *node, record.lost, record.pending.drain(..));
+                let from = (*node, record.lost);
+                put(&mut bytes, from, quantities, record.pending.drain(..));
             }
         }
         (number, bytes, dropped)
@@ -157,7 +162,7 @@ fn send_samples(core: &Core) {
 const PAST_S: f64 = 10.0;
 
 /// The samples of the last seconds.
-pub fn past(state: &State, now_s: f64) -> Vec<u8> {
+pub fn past(state: &State, quantities: usize, now_s: f64) -> Vec<u8> {
     let mut bytes = Vec::new();
     for (node, entry) in &state.nodes {
         let ring = &entry.record.ring;
@@ -168,7 +173,7 @@ pub fn past(state: &State, now_s: f64) -> Vec<u8> {
             .saturating_sub(entry.record.pending.len())
             .max(from);
         let rows = ring.range(from..to).copied();
-        put(&mut bytes, *node, entry.record.lost, rows);
+        put(&mut bytes, (*node, entry.record.lost), quantities, rows);
     }
     bytes
 }

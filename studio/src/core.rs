@@ -26,6 +26,7 @@ use crate::control::Control;
 use crate::guarded::{Guard, GuardedLink};
 use crate::neighbours::Neighbour;
 use crate::node::Node;
+use crate::servos::Servos;
 use crate::web::{Download, PageId, Pages};
 
 /// Jobs that wait for a node.
@@ -83,6 +84,8 @@ pub struct State {
 pub struct Core {
     /// The bus.
     pub hub: Arc<Hub>,
+    /// The way to the servos, if the bus has some in place of CAN.
+    pub servos: Option<Servos>,
     /// The pages.
     pub pages: Pages,
     state: Mutex<State>,
@@ -112,6 +115,7 @@ impl Core {
     ) -> Self {
         Self {
             hub: Arc::default(),
+            servos: None,
             pages,
             state: Mutex::default(),
             workers: Mutex::default(),
@@ -155,7 +159,12 @@ impl Core {
             }
             state.log.push_back(entry);
         });
-        let node = node.map_or_else(String::new, |node| format!("node {node}: "));
+        let noun = if self.servos.is_some() {
+            "servo"
+        } else {
+            "node"
+        };
+        let node = node.map_or_else(String::new, |node| format!("{noun} {node}: "));
         (self.notify)(&format!("{node}{text}"));
     }
 

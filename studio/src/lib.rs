@@ -1,4 +1,5 @@
-//! Studio: a page in a browser that shows, moves, tunes and identifies actuators on a CAN bus.
+//! Studio: a page in a browser that shows, moves, tunes and identifies actuators on a CAN bus, or
+//! shows and moves servos on a serial bus.
 //!
 //! [`Studio`] serves the page on a port of this computer and talks to the bus. The page has no
 //! state of its own: several pages show the same, and one of them commands.
@@ -28,6 +29,7 @@ mod quantity;
 mod receiver;
 mod record;
 mod requests;
+mod servos;
 mod token;
 mod web;
 
@@ -35,13 +37,16 @@ use std::io::{self, ErrorKind};
 use std::net::{SocketAddr, TcpListener};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use host_sim::can::link::{Link, open_split};
+use host_sim::servo_bus::client::{Client, ServoError, is_servo_bus};
 
 use crate::core::{Core, PageState, State};
 use crate::neighbours::{Neighbour, Register};
 use serde_json::{Value, json};
+use servos::Servos;
 use token::Token;
 use web::{Application, Download, PageId, Server};
 
@@ -53,7 +58,8 @@ pub use notice::Notice;
 pub struct Options {
     /// Address of the page; if the port is taken, another one of this computer is used.
     pub listen: SocketAddr,
-    /// The bus, as `host_sim::can::link::open` takes it.
+    /// The bus, as `host_sim::can::link::open` takes it, or one of servos, as
+    /// `host_sim::servo_bus::client::Client::open` does.
     pub bus: String,
     /// Its name on the page.
     pub bus_name: String,
@@ -74,6 +80,9 @@ pub enum StudioError {
         /// The error of the operating system.
         source: io::Error,
     },
+    /// The bus of servos cannot be opened.
+    #[error(transparent)]
+    Servos(#[from] ServoError),
     /// The page cannot be served.
     #[error("cannot serve at {address}: {source}")]
     Serve {
@@ -87,11 +96,17 @@ pub enum StudioError {
     Parameter(#[from] model_core::parameter::ParameterError),
 }
 
+/// What the thread of the bus begins with.
+enum Line {
+    Can(Box<dyn Link + Send>),
+    Servos(Box<Client>, Receiver<servos::Job>),
+}
+
 /// The server of the page, and the bus.
 pub struct Studio {
     core: Arc<Core>,
     server: Server,
-    link: Box<dyn Link + Send>,
+    line: Line,
     token: Token,
     options: Options,
 }
@@ -112,22 +127,30 @@ impl Studio {
         let token = Token::random().map_err(|error| serve(io::Error::other(error)))?;
         let server = listen(options.listen).and_then(|l| Server::new(l, token.clone()));
         let server = server.map_err(serve)?;
-        let bus = open_split(&options.bus, options.kbit_s);
-        let bus = bus.map_err(|source| StudioError::Bus {
-            bus: options.bus.clone(),
-            source,
-        })?;
-        let core = Core::new(
+        let mut core = Core::new(
             server.pages(),
             options.kbit_s,
             options.encoder_switches.clone(),
             Box::new(log),
         );
-        core.hub.connect(Some(bus.transmitter));
+        let line = if is_servo_bus(&options.bus) {
+            let client = Client::open(&options.bus)?;
+            let (way, jobs) = Servos::new();
+            core.servos = Some(way);
+            Line::Servos(Box::new(client), jobs)
+        } else {
+            let bus = open_split(&options.bus, options.kbit_s);
+            let bus = bus.map_err(|source| StudioError::Bus {
+                bus: options.bus.clone(),
+                source,
+            })?;
+            core.hub.connect(Some(bus.transmitter));
+            Line::Can(bus.receiver)
+        };
         Ok(Self {
             core: Arc::new(core),
             server,
-            link: bus.receiver,
+            line,
             token,
             options,
         })
@@ -152,16 +175,22 @@ impl Studio {
         let Self {
             core,
             mut server,
-            link,
+            line,
             options,
             token: _,
         } = self;
         let has_ended = AtomicBool::new(false);
-        // Without room for a task there is a scan under way.
-        let _ = core.spawn(|core, task| attach::scan(core, &task));
+        if core.servos.is_none() {
+            // Without room for a task there is a scan under way.
+            let _ = core.spawn(|core, task| attach::scan(core, &task));
+        }
         std::thread::scope(|scope| {
             let (core, ended) = (&core, &has_ended);
-            scope.spawn(move || receiver::run(core, &options.bus, link, ended));
+            let bus = &options.bus;
+            scope.spawn(move || match line {
+                Line::Can(link) => receiver::run(core, bus, link, ended),
+                Line::Servos(client, jobs) => servos::run(core, bus, *client, &jobs, ended),
+            });
             scope.spawn(move || clock::run(core, ended));
             scope.spawn(move || watch_neighbours(core, own, ended));
             let bridge = Bridge {
@@ -234,7 +263,7 @@ impl Application for Bridge<'_> {
                 clock::devices(state),
                 neighbours_event(state),
                 state.control.event(),
-                clock::past(state, now_s),
+                clock::past(state, quantity::of(self.core).len(), now_s),
             )
         });
         for event in [&hello, &devices, &neighbours] {

@@ -8,6 +8,8 @@
 //!    program stops the drive as for 1.
 //! 3. This program has ended, or the bus has failed: the actuator monitors its heartbeat (1016h)
 //!    while it is enabled, and reacts according to 2040h:2.
+//!
+//! Servos of a serial bus are halted by the thread of the bus, before its other work.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -171,7 +173,7 @@ pub fn stop(core: &Arc<Core>, number: u8) {
 pub fn stop_all(core: &Arc<Core>) {
     let actuators = core.with(|state| {
         let nodes = state.nodes.iter();
-        let actuators = nodes.filter(|(_, node)| node.is_actuator);
+        let actuators = nodes.filter(|(_, node)| node.is_actuator || node.servo.is_some());
         actuators.map(|(number, _)| *number).collect::<Vec<_>>()
     });
     for node in actuators {
@@ -224,7 +226,9 @@ impl Supervisor {
     fn repeat(&self, core: &Arc<Core>) {
         let (mut moving, mut off) = (Vec::new(), Vec::new());
         core.with(|state| {
-            for (number, node) in state.nodes.iter_mut().filter(|(_, node)| node.is_stopping) {
+            let nodes = state.nodes.iter_mut();
+            // Servos are halted by the thread of their bus.
+            for (number, node) in nodes.filter(|(_, it)| it.is_stopping && it.servo.is_none()) {
                 if node.is_enabled() {
                     moving.push(*number);
                 } else if !node.is_powered() {

@@ -16,6 +16,7 @@ use serde_json::{Value, json};
 use crate::bus::decode::nmt_state;
 use crate::guarded::Guard;
 use crate::record::Record;
+use crate::servos::Servo;
 use crate::web::PageId;
 
 /// Period of the heartbeats that this program requests of a node, ms.
@@ -42,6 +43,8 @@ pub struct Node {
     pub device: Device,
     /// Whether it is an actuator of this project, whose objects are known.
     pub is_actuator: bool,
+    /// What is known of it if it is a servo of a serial bus.
+    pub servo: Option<Servo>,
     /// Whether it is set up for this program.
     pub is_attached: bool,
     /// Why it could not be set up.
@@ -91,8 +94,9 @@ impl Node {
 
     /// Whether its drive moves or may move: enabled or decelerating.
     pub fn is_powered(&self) -> bool {
-        self.statusword
-            .is_some_and(|word| word & 0x6F == 0x27 || word & 0x6F == 0x07)
+        let servo = self.servo.as_ref();
+        servo.is_some_and(|servo| servo.is_torque_on)
+            || (self.statusword).is_some_and(|word| word & 0x6F == 0x27 || word & 0x6F == 0x07)
     }
 
     /// The page on whose request it moves or may move. A commissioning that was stopped moves
@@ -137,7 +141,7 @@ impl Node {
     /// Everything for the page.
     pub fn snapshot(&self, number: u8) -> Value {
         let names = |bits| -> Vec<_> { descriptions(bits).map(|row| row.fault.number()).collect() };
-        json!({
+        let mut snapshot = json!({
             "node": number,
             "name": self.device.name, "software": self.device.software,
             "product": self.device.product, "serial": self.device.serial,
@@ -150,6 +154,10 @@ impl Node {
             "is_commissioned": self.commissioned_by.is_some(),
             "present": names(self.present), "latched": names(self.latched),
             "lost_samples": self.record.lost, "unsaved": self.unsaved,
-        })
+        });
+        if let (Some(servo), Value::Object(entries)) = (&self.servo, &mut snapshot) {
+            entries.extend(servo.snapshot(self));
+        }
+        snapshot
     }
 }

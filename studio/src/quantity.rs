@@ -3,6 +3,8 @@
 use host_sim::can::telemetry::Telemetry;
 use serde::Serialize;
 
+use crate::core::Core;
+
 /// A quantity of the telemetry.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct Quantity {
@@ -12,8 +14,11 @@ pub struct Quantity {
     pub label: &'static str,
     /// Its unit.
     pub unit: &'static str,
-    /// Name of its column in a file; the unit is that of the telemetry times `scale`.
+    /// Name of its column in a file.
     pub column: &'static str,
+    /// Units of the column in one of the quantity.
+    #[serde(skip)]
+    pub column_scale: f64,
     /// Start of the column's name in the telemetry.
     #[serde(skip)]
     source: &'static str,
@@ -35,6 +40,7 @@ const fn quantity(
         label,
         unit,
         column,
+        column_scale: 1.0,
         source,
         scale,
     }
@@ -69,7 +75,36 @@ pub const ALL: [Quantity; COUNT] = [
     ),
 ];
 
-/// Places of quantities that the program itself uses.
+/// Those of servos: their columns are those of `host_sim::servo_bus::client::COLUMNS`.
+pub const SERVO: [Quantity; COUNT - 1] = [
+    quantity("angle", "Angle", "deg", "angle_deg", "", 1.0),
+    quantity("demand", "Goal", "deg", "command_deg", "", 1.0),
+    quantity("rate", "Rate", "deg/s", "rate_deg_s", "", 1.0),
+    quantity("current", "Current", "mA", "current_ma", "", 1.0),
+    quantity("duty", "Duty", "%", "duty_pct", "", 1.0),
+    Quantity {
+        column_scale: 1e3,
+        ..quantity("supply", "Supply", "V", "supply_mv", "", 1.0)
+    },
+    quantity(
+        "temperature",
+        "Temperature",
+        "degC",
+        "temperature_degc",
+        "",
+        1.0,
+    ),
+];
+
+/// Those of the samples of this bus.
+pub fn of(core: &Core) -> &'static [Quantity] {
+    match core.servos {
+        Some(_) => &SERVO,
+        None => &ALL,
+    }
+}
+
+/// Places of quantities of actuators that the program itself uses.
 pub mod place {
     /// The angle.
     pub const ANGLE: usize = 0;

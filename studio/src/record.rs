@@ -28,7 +28,7 @@ const GAP_S: f64 = 1.0;
 pub struct Row {
     /// Time since the start of the program, s.
     pub time_s: f64,
-    /// The quantities.
+    /// The quantities of the bus; what is behind them has no meaning.
     pub values: [f32; COUNT],
 }
 

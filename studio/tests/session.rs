@@ -1,17 +1,16 @@
 //! Two pages at simulated actuators, over the WebSocket.
 
-use std::net::{Ipv4Addr, SocketAddr, TcpStream};
+mod page;
+
+use std::net::{Ipv4Addr, SocketAddr};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use serde_json::{Value, json};
+use page::{PATIENCE, Page};
+use serde_json::json;
 use studio::{NativeBus, Options, Studio};
-use tungstenite::{Message, WebSocket, client::IntoClientRequest as _};
-
-/// Time for anything, on a loaded computer.
-const PATIENCE: Duration = Duration::from_secs(20);
 
 /// A server with its actuators.
 struct Running {
@@ -55,108 +54,14 @@ impl Drop for Running {
     }
 }
 
-/// A page without a browser.
-struct Page {
-    socket: WebSocket<TcpStream>,
-    next: u64,
-    /// Whether it answers.
-    is_alive: bool,
-    nodes: Value,
-    control: Value,
-    number: Value,
-    rows: u64,
+/// What the first actuator does.
+trait Actuator {
+    fn state(&self) -> &str;
+    fn enable(&mut self);
+    fn angle_mdeg(&mut self) -> i64;
 }
 
-impl Page {
-    fn open(running: &Running) -> Self {
-        Self::at(&running.url)
-    }
-
-    fn at(url: &str) -> Self {
-        let address = url.trim_start_matches("http://");
-        let (host, rest) = address.split_once('/').expect("a path");
-        let token = rest.trim_start_matches("?token=");
-        let mut request = format!("ws://{host}/socket?token={token}")
-            .into_client_request()
-            .expect("an address");
-        let origin = format!("http://{host}").parse().expect("a value");
-        request.headers_mut().insert("Origin", origin);
-        let stream = TcpStream::connect(host).expect("a connection");
-        stream
-            .set_read_timeout(Some(Duration::from_millis(200)))
-            .expect("a timeout");
-        let socket = tungstenite::client(request, stream)
-            .expect("it is accepted")
-            .0;
-        let mut page = Self {
-            socket,
-            next: 0,
-            is_alive: true,
-            nodes: json!([]),
-            control: json!(null),
-            number: json!(null),
-            rows: 0,
-        };
-        page.until("hello", |page| page.number.is_u64());
-        page
-    }
-
-    /// Takes a message, if one comes; returns it if it is an answer.
-    fn take(&mut self) -> Option<Value> {
-        match self.socket.read() {
-            Ok(Message::Text(text)) => {
-                let message: Value = serde_json::from_str(&text).expect("JSON");
-                match message["event"].as_str() {
-                    Some("tick") if self.is_alive => self.send(&json!({ "do": "alive" })),
-                    Some("hello") => self.number = message["page"].clone(),
-                    Some("devices") => self.nodes = message["nodes"].clone(),
-                    Some("control") => self.control = message["holder"].clone(),
-                    Some(_) => {}
-                    None => return Some(message),
-                }
-            }
-            Ok(Message::Binary(_)) => self.rows += 1,
-            _ => {}
-        }
-        None
-    }
-
-    fn send(&mut self, message: &Value) {
-        let text = message.to_string();
-        self.socket.send(Message::text(text)).expect("it is open");
-    }
-
-    fn until(&mut self, what: &str, is_met: impl Fn(&Self) -> bool) {
-        let end = Instant::now() + PATIENCE;
-        while !is_met(self) {
-            assert!(
-                Instant::now() < end,
-                "waited without success for {what}: {}",
-                self.nodes
-            );
-            self.take();
-        }
-    }
-
-    /// The answer to a request.
-    fn ask(&mut self, what: &str, mut arguments: Value) -> Result<Value, String> {
-        self.next += 1;
-        arguments["id"] = self.next.into();
-        arguments["do"] = what.into();
-        self.send(&arguments);
-        let end = Instant::now() + PATIENCE;
-        loop {
-            assert!(Instant::now() < end, "no answer to {what}");
-            let Some(answer) = self.take().filter(|answer| answer["id"] == self.next) else {
-                continue;
-            };
-            return match answer["error"].as_str() {
-                Some(error) => Err(error.to_owned()),
-                None => Ok(answer["ok"].clone()),
-            };
-        }
-    }
-
+impl Actuator for Page {
     fn state(&self) -> &str {
         self.nodes[0]["state"].as_str().unwrap_or_default()
     }
@@ -184,7 +89,7 @@ impl Page {
 #[test]
 fn a_page_moves_and_stops_an_actuator_and_another_one_must_request_control() {
     let running = Running::start();
-    let mut page = Page::open(&running);
+    let mut page = Page::at(&running.url);
     page.enable();
     page.ask("move", json!({ "node": 1, "deg": 20.0 }))
         .expect("it moves");
@@ -194,7 +99,7 @@ fn a_page_moves_and_stops_an_actuator_and_another_one_must_request_control() {
     }
     assert!(page.rows > 0, "telemetry comes beside the requests");
 
-    let mut other = Page::open(&running);
+    let mut other = Page::at(&running.url);
     let refused = other.ask("move", json!({ "node": 1, "deg": 0.0 }));
     assert!(
         refused
@@ -218,7 +123,7 @@ fn a_page_moves_and_stops_an_actuator_and_another_one_must_request_control() {
 #[test]
 fn a_torque_is_commanded_in_shares_of_the_rated_one() {
     let running = Running::start();
-    let mut page = Page::open(&running);
+    let mut page = Page::at(&running.url);
     page.enable();
     let read = |page: &mut Page, object: &str| {
         let values = page.ask("read", json!({ "node": 1, "objects": [object] }));
@@ -247,10 +152,10 @@ fn a_torque_is_commanded_in_shares_of_the_rated_one() {
 #[test]
 fn the_loss_of_a_page_stops_what_it_moves() {
     let running = Running::start();
-    let mut watcher = Page::open(&running);
+    let mut watcher = Page::at(&running.url);
     // The first run closes the page, the second one its connection.
     for is_closed in [true, false] {
-        let mut page = Page::open(&running);
+        let mut page = Page::at(&running.url);
         page.ask("take_control", json!({})).expect("it may ask");
         // Refused if the closed page held the control.
         let _ = watcher.ask("answer_control", json!({ "give": true }));
@@ -281,7 +186,7 @@ fn the_loss_of_a_page_stops_what_it_moves() {
 #[test]
 fn two_programs_with_one_node_id_do_not_move_actuators_at_once() {
     let running = Running::start();
-    let mut page = Page::open(&running);
+    let mut page = Page::at(&running.url);
     page.enable();
     // Another Studio at the same bus.
     let address = running.bus.address().to_string();
@@ -340,7 +245,7 @@ fn an_actuator_is_left_as_it_was_found() {
     running.thread = Some(std::thread::spawn(move || {
         studio.run(&stop, &mut |_| {}).expect("it runs");
     }));
-    let mut page = Page::open(&running);
+    let mut page = Page::at(&running.url);
     page.until("the actuator", |page| page.nodes[0]["is_attached"] == true);
     assert_ne!(read(), before, "it is set up");
     page.ask("enable", json!({ "node": 1 }))

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use host_sim::can::client::ClientError;
 use host_sim::servo_bus::client::{
-    Client, ServoError, angle_deg, in_units, position, register, value,
+    Client, Columns, Device, ServoError, angle_deg, errors, in_units, position, register, value,
 };
 use host_sim::table::{Cell, Table};
 use serde_json::json;
@@ -31,20 +31,8 @@ const LOOK: Duration = Duration::from_millis(20);
 /// A servo and its control table.
 pub struct Servo {
     client: Client,
-    id: u8,
-    table: &'static servo_bus::Table,
+    device: Device,
 }
-
-/// Columns of a recording: the name, the registers that may have it, and the value of one in its
-/// unit.
-const COLUMNS: [(&str, &[&str]); 6] = [
-    ("command_deg", &["goal_position"]),
-    ("angle_deg", &["present_position"]),
-    ("rate_deg_s", &["present_velocity"]),
-    ("duty_pct", &["present_load", "present_pwm"]),
-    ("current_ma", &["present_current"]),
-    ("supply_mv", &["present_voltage", "present_input_voltage"]),
-];
 
 /// Lists the servos of a bus.
 pub fn scan(client: &mut Client, json: bool) -> Result<(), Error> {
@@ -72,11 +60,12 @@ impl Servo {
     /// Without an answer; those of the bus.
     pub fn find(mut client: Client, id: u8) -> Result<Self, Error> {
         let table = client.table(id)?;
-        Ok(Self { client, id, table })
+        let device = Device { id, table };
+        Ok(Self { client, device })
     }
 
     fn register(&self, name: &str) -> Result<&'static Register, Error> {
-        Ok(register(self.table, name)?)
+        Ok(register(self.device.table, name)?)
     }
 
     /// Prints registers; without names all.
@@ -85,17 +74,15 @@ impl Servo {
     /// For an unknown name; those of the bus.
     pub fn get(&mut self, names: &[String], json: bool) -> Result<(), Error> {
         let registers: Vec<&Register> = if names.is_empty() {
-            self.table.registers.iter().collect()
+            self.device.table.registers.iter().collect()
         } else {
             let found = names.iter().map(|name| self.register(name));
             found.collect::<Result<_, _>>()?
         };
         let mut values = Vec::new();
         for register in registers {
-            values.push((
-                register,
-                self.client.read(self.id, self.table, register.field)?,
-            ));
+            let Device { id, table } = self.device;
+            values.push((register, self.client.read(id, table, register.field)?));
         }
         if json {
             let object = values
@@ -146,9 +133,10 @@ impl Servo {
     }
 
     fn write(&mut self, register: &Register, value: i32) -> Result<(), Error> {
-        self.client.write(self.id, self.table, register, value)?;
+        let Device { id, table } = self.device;
+        self.client.write(id, table, register, value)?;
         if register.name == "id" {
-            self.id = value as u8;
+            self.device.id = value as u8;
         }
         Ok(())
     }
@@ -161,9 +149,9 @@ impl Servo {
     /// the servo; if it is not reached.
     pub fn turn_to(&mut self, goal_deg: f64, within: Option<Duration>) -> Result<f64, Error> {
         let goal = self.register("goal_position")?;
-        let wanted = position(self.table, goal_deg).round();
+        let wanted = position(self.device.table, goal_deg).round();
         let wanted = value(goal, &wanted.to_string())?;
-        self.require_angles()?;
+        self.device.require_angles(&mut self.client)?;
         self.write(self.register("torque_enable")?, 1)?;
         self.write(goal, wanted)?;
         let Some(within) = within else {
@@ -178,7 +166,7 @@ impl Servo {
     }
 
     fn arrive(&mut self, goal_deg: f64, within: Duration) -> Result<f64, Error> {
-        let (id, start, stop) = (self.id, Instant::now(), interrupt::stop()?);
+        let (id, start, stop) = (self.device.id, Instant::now(), interrupt::stop()?);
         while !stop.load(Ordering::Relaxed) {
             let angle_deg = self.angle_deg()?;
             if (angle_deg - goal_deg).abs() < REACHED_DEG {
@@ -202,49 +190,16 @@ impl Servo {
     /// # Errors
     /// Those of the bus and the servo.
     pub fn halt(&mut self) -> Result<(), Error> {
-        let (goal, value) = match (self.is_dynamixel(), self.mode()?) {
-            (_, 1) => ("goal_velocity", 0),
-            (false, 2) => ("goal_time", 0),
-            // An increment is added to the goal, and the position is the way that is left.
-            (false, 3) => ("goal_position", -self.read("present_position")?),
-            (true, 0) => ("goal_current", 0),
-            (true, 16) => ("goal_pwm", 0),
-            _ => ("goal_position", self.read("present_position")?),
-        };
-        self.write(self.register(goal)?, value)
+        Ok(self.device.halt(&mut self.client)?)
     }
 
-    fn require_angles(&mut self) -> Result<(), Error> {
-        let (modes, expected) = match self.is_dynamixel() {
-            true => (3..=5, "3, 4 or 5"),
-            false => (0..=0, "0"),
-        };
-        let (id, mode) = (self.id, self.mode()?);
-        if modes.contains(&mode) {
-            return Ok(());
-        }
-        Err(ServoError::Mode { id, mode, expected }.into())
-    }
-
-    /// The operating mode; an SCS0009 only has that of the position.
-    fn mode(&mut self) -> Result<i32, Error> {
-        match self.table.register("operating_mode") {
-            Some(mode) => Ok(self.client.read(self.id, self.table, mode.field)?),
-            None => Ok(0),
-        }
-    }
-
-    fn is_dynamixel(&self) -> bool {
-        self.table.register("goal_pwm").is_some()
-    }
-
-    fn read(&mut self, name: &str) -> Result<i32, Error> {
-        let register = self.register(name)?;
-        Ok(self.client.read(self.id, self.table, register.field)?)
+    fn read(&mut self, name: &'static str) -> Result<i32, Error> {
+        Ok(self.device.read(&mut self.client, name)?)
     }
 
     fn angle_deg(&mut self) -> Result<f64, Error> {
-        Ok(angle_deg(self.table, self.read("present_position")?.into()))
+        let position = self.read("present_position")?;
+        Ok(angle_deg(self.device.table, position.into()))
     }
 
     /// Turns the torque off.
@@ -255,18 +210,14 @@ impl Servo {
         self.write(self.register("torque_enable")?, 0)
     }
 
-    /// What it measures: columns of a recording and their registers.
-    fn columns(&self) -> Vec<(&'static str, &'static Register)> {
-        let find = |names: &[&str]| names.iter().find_map(|name| self.table.register(name));
-        let columns = COLUMNS.iter();
-        columns
-            .filter_map(|(column, names)| Some((*column, find(names)?)))
-            .collect()
+    /// What a recording has: all columns but the temperature, which needs no curve.
+    fn columns(&self) -> Columns {
+        Columns::of(self.device.table, |column| column != "temperature_degc")
     }
 
     /// Names of the values of [`Servo::watch`].
     pub fn measured(&self) -> impl Iterator<Item = &'static str> {
-        self.columns().into_iter().map(|(column, _)| column)
+        self.columns().names().collect::<Vec<_>>().into_iter()
     }
 
     /// Reads what it measures as fast as the bus allows, with the time since the begin, until it is
@@ -280,24 +231,15 @@ impl Servo {
         mut each: impl FnMut(&mut Self, Duration, &[f64]) -> Result<(), Error>,
     ) -> Result<u64, Error> {
         let columns = self.columns();
-        let fields = || columns.iter().map(|(_, register)| register.field);
-        let first = fields().map(|field| field.address).min().unwrap_or(0);
-        let end = fields()
-            .map(|field| field.address + u16::from(field.size))
-            .max();
-        let length = end.map_or(0, |end| end - first) as u8;
         let start = Instant::now();
         let (mut lost, mut in_turn) = (0, 0);
         while !is_over(start.elapsed()) {
             let before = start.elapsed();
-            match self.client.read_bytes(self.id, first, length) {
+            match (self.client).read_bytes(self.device.id, columns.first, columns.length) {
                 Ok(bytes) => {
                     in_turn = 0;
                     let at = (before + start.elapsed()) / 2;
-                    let values: Vec<f64> = columns
-                        .iter()
-                        .map(|(_, register)| self.value(register, first, &bytes))
-                        .collect();
+                    let values: Vec<f64> = columns.values(&bytes).collect();
                     each(self, at, &values)?;
                 }
                 Err(ServoError::NoAnswer(_)) if in_turn < MOST_LOST => {
@@ -327,36 +269,14 @@ impl Servo {
     /// # Errors
     /// Those of the bus.
     pub fn state(&mut self) -> Result<String, Error> {
-        let errors = match self.is_dynamixel() {
-            true => "hardware_error_status",
-            false => "status",
-        };
         let is_on = self.read("torque_enable")? != 0;
-        let (temperature, errors) = (self.read("present_temperature")?, self.read(errors)?);
+        let temperature = self.read("present_temperature")?;
+        let register = self.device.error_register()?;
+        let errors = errors(register, self.read(register.name)?).join(", ");
         let torque = if is_on { "on" } else { "off" };
+        let errors = if errors.is_empty() { "none" } else { &errors };
         Ok(format!(
-            "torque {torque}, {temperature} degC, errors {errors:02X}h"
+            "torque {torque}, {temperature} degC, errors: {errors}"
         ))
-    }
-
-    /// The value of a register within bytes from an address on, in the unit of its column.
-    fn value(&self, register: &Register, first: u16, bytes: &[u8]) -> f64 {
-        let field = register.field;
-        let start = usize::from(field.address - first);
-        let bytes = bytes.get(start..start + usize::from(field.size));
-        let value = f64::from(field.decode(bytes.unwrap_or_default(), self.table.order));
-        let (number, unit) = register
-            .unit
-            .split_once(' ')
-            .unwrap_or(("1", register.unit));
-        let value_of_one: f64 = number.parse().unwrap_or(1.0);
-        let step_deg = angle_deg(self.table, 1.0) - angle_deg(self.table, 0.0);
-        match unit {
-            _ if register.name.ends_with("position") => angle_deg(self.table, value),
-            "V" => value * value_of_one * 1e3,
-            "rev/min" => value * value_of_one * 6.0,
-            "steps/s" => value * step_deg,
-            _ => value * value_of_one,
-        }
     }
 }

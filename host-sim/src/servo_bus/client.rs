@@ -1,5 +1,7 @@
 //! A client of servos on a serial bus, real or simulated.
 
+mod columns;
+mod device;
 mod error;
 mod line;
 mod registers;
@@ -7,14 +9,17 @@ mod registers;
 mod tests;
 
 use std::io::{self, ErrorKind};
+use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
 use servo_bus::tables::{SCS0009, STS3215, STS3250, XL330_M288, XM430_W350, sts, x};
-use servo_bus::{Bytes, Field, Register, Table, dynamixel, feetech};
+use servo_bus::{BROADCAST, Bytes, Field, Register, Table, dynamixel, feetech};
 
 use super::model::Family;
 use line::{Answered, Framed, Line, is_pause, open};
 
+pub use columns::{COLUMNS, Columns};
+pub use device::{Device, errors};
 pub use error::{ServoError, in_units};
 pub use registers::{angle_deg, position, register, value};
 
@@ -26,6 +31,9 @@ const ANSWER: Duration = Duration::from_millis(60);
 
 /// The same where most IDs do not answer: a scan lasts 6 s.
 const SCAN_ANSWER: Duration = Duration::from_millis(25);
+
+/// The IDs that servos of both families can have.
+pub const IDS: RangeInclusive<u8> = 0..=252;
 
 /// Register `end` of the SCS series, whose values have the high byte first.
 const HIGH_FIRST: i32 = 1;
@@ -91,16 +99,26 @@ impl Client {
     /// Those of the bus.
     pub fn scan(&mut self) -> Result<Vec<(u8, &'static Table)>, ServoError> {
         let mut found = Vec::new();
-        self.answer = SCAN_ANSWER;
-        for id in 0..=252 {
-            match self.table(id) {
-                Ok(table) => found.push((id, table)),
-                Err(ServoError::NoAnswer(_)) => {}
-                Err(error) => return Err(error),
-            }
+        for id in IDS {
+            found.extend(self.probe(id)?.map(|table| (id, table)));
         }
-        self.answer = ANSWER;
         Ok(found)
+    }
+
+    /// The control table of a servo that may be missing, which is detected sooner than by other
+    /// requests.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub fn probe(&mut self, id: u8) -> Result<Option<&'static Table>, ServoError> {
+        self.answer = SCAN_ANSWER;
+        let found = self.table(id);
+        self.answer = ANSWER;
+        match found {
+            Ok(table) => Ok(Some(table)),
+            Err(ServoError::NoAnswer(_)) => Ok(None),
+            Err(error) => Err(error),
+        }
     }
 
     /// The control table of a servo; of a model that is not known, that of its series.
@@ -139,6 +157,41 @@ impl Client {
         is_whole
             .then_some(answered.data)
             .ok_or(ServoError::NoAnswer(id))
+    }
+
+    /// Reads the same bytes of several servos with one request, which an SCS does not know; `None`
+    /// for those without an answer.
+    ///
+    /// # Errors
+    /// Those of the bus.
+    pub fn sync_read(
+        &mut self,
+        ids: &[u8],
+        address: u16,
+        length: u8,
+    ) -> Result<Vec<Option<Vec<u8>>>, ServoError> {
+        let [low, high] = address.to_le_bytes();
+        let packet = match self.framed {
+            Framed::Feetech(_) => feetech::encode(BROADCAST, 0x82, &[&[low, length], ids].concat()),
+            Framed::Dynamixel(_) => {
+                dynamixel::encode(BROADCAST, 0x82, &[&[low, high, length, 0], ids])
+            }
+        };
+        let mut found = vec![None; ids.len()];
+        self.send(&packet)?;
+        // Each answer may take the time of one.
+        let mut end = Instant::now() + self.answer;
+        while found.contains(&None) && Instant::now() < end {
+            for Answered { id, error, data } in self.receive(&packet)? {
+                let place = ids.iter().position(|known| *known == id);
+                let is_whole = error & 0x7F == 0 && data.len() == usize::from(length);
+                if let Some(place) = place.filter(|_| is_whole) {
+                    found[place] = Some(data);
+                    end = Instant::now() + self.answer;
+                }
+            }
+        }
+        Ok(found)
     }
 
     /// Reads a register.
@@ -210,6 +263,25 @@ impl Client {
         packet: &Bytes,
         what: impl Fn() -> String,
     ) -> Result<Answered, ServoError> {
+        self.send(packet)?;
+        let end = Instant::now() + self.answer;
+        while Instant::now() < end {
+            let answers = self.receive(packet)?;
+            if let Some(answered) = answers.into_iter().find(|answered| answered.id == id) {
+                return match answered.error & 0x7F {
+                    0 => Ok(answered),
+                    error => Err(ServoError::Refused {
+                        id,
+                        what: what(),
+                        error,
+                    }),
+                };
+            }
+        }
+        Err(ServoError::NoAnswer(id))
+    }
+
+    fn send(&mut self, packet: &Bytes) -> Result<(), ServoError> {
         // An answer that was late is not that to this packet.
         self.framed.discard();
         let sent = self
@@ -217,28 +289,22 @@ impl Client {
             .discard()
             .and_then(|()| self.line.write_all(packet))
             .and_then(|()| self.line.flush());
-        sent.map_err(|source| self.failed(source))?;
-        let (end, mut bytes) = (Instant::now() + self.answer, [0; 256]);
-        while Instant::now() < end {
-            let length = match self.line.read(&mut bytes) {
-                Ok(0) => return Err(self.failed(ErrorKind::UnexpectedEof.into())),
-                Ok(length) => length,
-                Err(error) if is_pause(&error) => continue,
-                Err(source) => return Err(self.failed(source)),
-            };
-            for byte in &bytes[..length] {
-                if let Some(answered) = self.framed.push(*byte, id, packet) {
-                    return match answered.error & 0x7F {
-                        0 => Ok(answered),
-                        error => Err(ServoError::Refused {
-                            id,
-                            what: what(),
-                            error,
-                        }),
-                    };
-                }
+        sent.map_err(|source| self.failed(source))
+    }
+
+    /// The answers that the next bytes complete; none after a short wait without bytes.
+    fn receive(&mut self, sent: &Bytes) -> Result<Vec<Answered>, ServoError> {
+        let mut bytes = [0; 256];
+        match self.line.read(&mut bytes) {
+            Ok(0) => Err(self.failed(ErrorKind::UnexpectedEof.into())),
+            Ok(length) => {
+                let bytes = bytes[..length].iter();
+                Ok(bytes
+                    .flat_map(|byte| self.framed.push(*byte, sent))
+                    .collect())
             }
+            Err(error) if is_pause(&error) => Ok(Vec::new()),
+            Err(source) => Err(self.failed(source)),
         }
-        Err(ServoError::NoAnswer(id))
     }
 }

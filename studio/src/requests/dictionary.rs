@@ -117,7 +117,7 @@ pub fn hello(page: PageId, core: &Core, state: &State, bus: &str) -> Value {
     let objects: Vec<_> = names::rows().iter().map(object).collect();
     let commands = [1, 128, 2, 130, 129].map(nmt_command);
     json!({
-        "event": "hello", "page": page, "bus": bus, "now_s": core.now_s(),
+        "event": "hello", "kind": "actuators", "page": page, "bus": bus, "now_s": core.now_s(),
         "simulated": core.encoder_switches.len(),
         "version": env!("CARGO_PKG_VERSION"), "minutes": MINUTES,
         "objects": objects, "faults": faults(), "quantities": quantity::ALL,

@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use super::Context;
 use super::objects::read_everything;
 use crate::parameter_file;
-use crate::quantity::{self, COUNT};
+use crate::quantity::{self, Quantity};
 use crate::record::Row;
 
 /// Formats of parameter files.
@@ -74,43 +74,44 @@ pub fn save_recording(context: Context, request: Recording) {
     });
     let reply = context.reply.clone();
     let begun = context.core.spawn(move |core, _| {
-        let name = format!("actuator-{}.{}", request.node, request.format);
+        let noun = match core.servos {
+            Some(_) => "servo",
+            None => "actuator",
+        };
+        let name = format!("{noun}-{}.{}", request.node, request.format);
         let written = match rows.as_deref() {
             None | Some([]) => Err("there are no samples in this time".to_owned()),
-            Some(rows) => write(rows, &name).map_err(|error| error.to_string()),
+            Some(rows) => write(rows, &name, quantity::of(core)).map_err(|error| error.to_string()),
         };
         reply.result(written.map(|bytes| json!({ "path": core.offer(&name, bytes) })));
     });
     context.reply.busy(begun.map(drop));
 }
 
-/// The columns of a file.
-fn columns() -> [&'static str; COUNT + 1] {
-    let mut columns = ["time_s"; COUNT + 1];
-    for (column, quantity) in columns[1..].iter_mut().zip(quantity::ALL) {
-        *column = quantity.column;
-    }
-    columns
-}
-
-fn values(row: &Row) -> [f64; COUNT + 1] {
+fn values(row: &Row, quantities: &[Quantity]) -> Vec<f64> {
     // A time is a sum of periods: of its digits those of nanoseconds are true.
-    let mut values = [(row.time_s * 1e9).round() / 1e9; COUNT + 1];
-    for (place, value) in values[1..].iter_mut().zip(row.values) {
+    let rounded = |value: f64| (value * 1e9).round() / 1e9;
+    let values = row.values.iter().zip(quantities).map(|(value, quantity)| {
         // The decimal number that the sample shows, not the binary one with more digits.
-        *place = value.to_string().parse().unwrap_or(f64::NAN);
-    }
-    values
+        let shown = value.to_string().parse().unwrap_or(f64::NAN);
+        match quantity.column_scale {
+            1.0 => shown,
+            scale => rounded(shown * scale),
+        }
+    });
+    [rounded(row.time_s)].into_iter().chain(values).collect()
 }
 
 /// The content of a file with this name.
-fn write(rows: &[Row], name: &str) -> io::Result<Vec<u8>> {
+fn write(rows: &[Row], name: &str, quantities: &[Quantity]) -> io::Result<Vec<u8>> {
+    let values = |row| values(row, quantities);
     let format = Format::of(name.as_ref()).map_err(io::Error::other)?;
     let description = Description {
         texts: vec![("program", format!("actuator {}", env!("CARGO_PKG_VERSION")))],
         groups: Vec::new(),
     };
-    let columns = columns();
+    let names = quantities.iter().map(|quantity| quantity.column);
+    let columns: Vec<_> = ["time_s"].into_iter().chain(names).collect();
     match format {
         Format::Csv => {
             let mut csv = Csv::create(Vec::new(), &columns)?;
@@ -174,6 +175,7 @@ pub fn read_capture(context: Context, node: u8) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::quantity::{ALL, COUNT, SERVO};
 
     #[test]
     fn a_recording_is_read_back_by_the_identification() {
@@ -183,7 +185,7 @@ mod tests {
                 values: [i as f32; COUNT],
             })
             .collect();
-        let text = String::from_utf8(write(&rows, "a.csv").unwrap()).unwrap();
+        let text = String::from_utf8(write(&rows, "a.csv", &ALL).unwrap()).unwrap();
         let mut lines = text.lines();
         let head = lines.next().unwrap();
         assert_eq!(
@@ -197,6 +199,13 @@ mod tests {
         let imported = import.read(path.path(), &mut |_, _| {}).unwrap();
         assert_eq!(imported.recording.angle_deg[3], 3.0);
         assert_eq!(imported.recording.duty_pct.unwrap()[3], 3.0);
-        assert!(write(&rows, "a.mat").unwrap().starts_with(b"MATLAB"));
+        assert!(write(&rows, "a.mat", &ALL).unwrap().starts_with(b"MATLAB"));
+        let text = String::from_utf8(write(&rows, "a.csv", &SERVO).unwrap()).unwrap();
+        let lines: Vec<_> = text.lines().collect();
+        assert_eq!(
+            lines[0],
+            "time_s,angle_deg,command_deg,rate_deg_s,current_ma,duty_pct,supply_mv,temperature_degc"
+        );
+        assert_eq!(lines[2], "0.004,1,1,1,1,1,1000,1");
     }
 }

@@ -10,6 +10,7 @@ mod motion;
 mod network;
 mod objects;
 mod response;
+mod servos;
 mod tuning;
 mod update;
 
@@ -20,10 +21,16 @@ use host_sim::can::client::Client;
 use serde::{Deserialize, de::Error as _};
 use serde_json::{Map, Value, json};
 
-use crate::core::{Busy, Core};
+use crate::core::{Busy, Core, State};
 use crate::web::{PageId, Pages};
 
-pub use dictionary::hello;
+/// The first message to a page: what the bus offers.
+pub fn hello(page: PageId, core: &Core, state: &State, bus: &str) -> Value {
+    match core.servos {
+        Some(_) => servos::hello(page, core, state, bus),
+        None => dictionary::hello(page, core, state, bus),
+    }
+}
 
 /// The identifier of a message, 0 where it has none, and its request.
 ///
@@ -327,6 +334,9 @@ pub fn handle(core: &Arc<Core>, page: PageId, text: &str) {
         page,
         reply,
     };
+    if core.servos.is_some() {
+        return servos::dispatch(context, request);
+    }
     dispatch(context, request);
 }
 

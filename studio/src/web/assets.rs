@@ -66,6 +66,9 @@ pub const FILES: &[Asset] = scripts![
     "health.js",
     "topics.js",
     "tour.js",
+    "servo-devices.js",
+    "servo-move.js",
+    "servo-parameters.js",
     "xy.js",
 ];
 

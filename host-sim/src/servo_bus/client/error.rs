@@ -56,8 +56,16 @@ pub enum ServoError {
     /// A register that only the servo writes.
     #[error("{0} is read only")]
     ReadOnly(&'static str),
+    /// A register that the model lacks.
+    #[error("{model} has no register {name}")]
+    Lacks {
+        /// The model.
+        model: &'static str,
+        /// The register.
+        name: &'static str,
+    },
     /// The servo has refused.
-    #[error("servo {id} refuses {what}: error {error}")]
+    #[error("servo {id} refuses {what}: error {error}{}", in_words(*error))]
     Refused {
         /// The servo.
         id: u8,
@@ -66,6 +74,20 @@ pub enum ServoError {
         /// The error number of Dynamixel's protocol.
         error: u8,
     },
+}
+
+/// The meaning of an error number of Dynamixel's protocol 2.0.
+fn in_words(error: u8) -> &'static str {
+    match error {
+        1 => ", the instruction failed",
+        2 => ", unknown instruction",
+        3 => ", wrong checksum",
+        4 => ", value out of range",
+        5 => ", wrong length",
+        6 => ", value beyond the limit in another register",
+        7 => ", not writable now (EEPROM only with the torque off)",
+        _ => "",
+    }
 }
 
 /// A unit behind a value; nothing without one.

@@ -8,7 +8,7 @@ use serial2::SerialPort;
 use servo_bus::{Receiver, dynamixel, feetech};
 
 /// A line: a serial port, or bytes over TCP.
-pub(super) trait Line: Read + Write {
+pub(super) trait Line: Read + Write + Send {
     /// Discards the bytes that have arrived.
     fn discard(&mut self) -> io::Result<()>;
 }
@@ -40,36 +40,38 @@ pub(super) enum Framed {
 
 /// What a servo has answered.
 pub(super) struct Answered {
+    pub id: u8,
     pub error: u8,
     pub data: Vec<u8>,
 }
 
 impl Framed {
-    /// A byte from the line; the answer that it completes. Adapters with one wire also return what
+    /// A byte from the line; the answers that it completes. Adapters with one wire also return what
     /// was sent.
-    pub fn push(&mut self, byte: u8, id: u8, sent: &[u8]) -> Option<Answered> {
+    pub fn push(&mut self, byte: u8, sent: &[u8]) -> Vec<Answered> {
+        let mut answers = Vec::new();
         match self {
             Self::Feetech(receiver) => {
                 receiver.push(byte);
                 while let Some(bytes) = receiver.next_packet() {
-                    match feetech::Packet::try_new(bytes) {
-                        // Its status is a state of the servo, not a refusal.
-                        Some(packet) if bytes != sent && packet.id() == id => {
-                            return Some(Answered {
-                                error: 0,
-                                data: packet.parameters().to_vec(),
-                            });
-                        }
-                        _ => {}
-                    }
+                    let packet = feetech::Packet::try_new(bytes).filter(|_| bytes != sent);
+                    // Its status is a state of the servo, not a refusal.
+                    answers.extend(packet.map(|packet| Answered {
+                        id: packet.id(),
+                        error: 0,
+                        data: packet.parameters().to_vec(),
+                    }));
                 }
             }
             Self::Dynamixel(receiver) => {
                 receiver.push(byte);
                 while let Some(bytes) = receiver.next_packet() {
-                    let packet = dynamixel::Packet::try_new(bytes).filter(|p| p.id() == id);
-                    if let Some([0x55, error, data @ ..]) = packet.map(|p| p.body()).as_deref() {
-                        return Some(Answered {
+                    let Some(packet) = dynamixel::Packet::try_new(bytes) else {
+                        continue;
+                    };
+                    if let [0x55, error, data @ ..] = &*packet.body() {
+                        answers.push(Answered {
+                            id: packet.id(),
                             error: *error,
                             data: data.to_vec(),
                         });
@@ -77,7 +79,7 @@ impl Framed {
                 }
             }
         }
-        None
+        answers
     }
 
     /// Discards a part of a packet.

@@ -77,6 +77,16 @@ fn packets_that_a_damaged_one_has_delayed_are_all_looked_at() {
 }
 
 #[test]
+fn a_sync_read_lacks_only_what_was_not_answered() {
+    // In any order; one answer is too short.
+    let answers = [(3, &[7, 8][..]), (1, &[5, 6]), (4, &[9])];
+    let bytes = answers.map(|(id, data)| feetech::encode(id, 0, data).to_vec());
+    let read = client([bytes.concat()]).sync_read(&[1, 2, 3, 4], 56, 2);
+    let expected = [Some(vec![5, 6]), None, Some(vec![7, 8]), None];
+    assert_eq!(read.expect("a bus"), expected);
+}
+
+#[test]
 fn an_unknown_model_has_the_table_of_its_series() {
     for (end, number, name) in [
         (0, [9, 3], "sts3215"),
