@@ -17,7 +17,7 @@ pub(crate) const ROUTINES: [Routine; 5] = [
     routine("__aeabi_memcpy4", 2, 264),
     routine("__aeabi_memcpy8", 2, 1584),
     routine("__aeabi_memclr4", 1, 264),
-    routine("__aeabi_memclr8", 1, 99),
+    routine("__aeabi_memclr8", 1, 115),
 ];
 
 const fn routine(name: &'static str, register: u8, most: u64) -> Routine {
