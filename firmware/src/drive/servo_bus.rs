@@ -14,7 +14,7 @@ mod dynamixel;
 mod feetech;
 mod line;
 mod motor;
-mod way;
+mod trajectory;
 
 use core::{mem::MaybeUninit, task::Poll};
 use servo_bus::{Answer, EEPROM, Framing, Memory, Receiver};

@@ -9,7 +9,7 @@ use super::motor::{
     Demand, MostTorque, Sensed, Target, bit_rate, current_units, in_ma, in_mdeg, limits, mdeg,
     steps, steps_s,
 };
-use super::way::Way;
+use super::trajectory::Trajectory;
 use super::{PERIOD_US, Servo};
 
 /// Bit rates by their number in the table, bit/s.
@@ -26,12 +26,12 @@ pub(super) struct Dynamixel {
     taken: Taken,
     /// Position of the shaft at the last exchange, steps.
     shaft: i32,
-    way: Way,
-    /// Limits of the way, mdeg.
+    trajectory: Trajectory,
+    /// Limits of the trajectory, mdeg.
     limits: Limits,
 }
 
-/// Of a way without a profile.
+/// Of a trajectory without a profile.
 const UNLIMITED: Limits = Limits {
     velocity: u32::MAX,
     acceleration: u32::MAX,
@@ -46,7 +46,7 @@ impl Dynamixel {
             control: None,
             taken: Taken::default(),
             shaft: 0,
-            way: Way::at(0),
+            trajectory: Trajectory::at(0),
             limits: UNLIMITED,
         }
     }
@@ -59,18 +59,18 @@ impl Dynamixel {
         control
     }
 
-    /// The way to a goal begins.
+    /// The trajectory to a goal begins.
     fn begin(&mut self, control: &Control, taken: &Taken, sensed: &Sensed) {
         if taken.begins {
-            self.way.begin(sensed);
+            self.trajectory.begin(sensed);
         }
         let memory = &self.server.memory;
         let goal = memory.get(x::GOAL_POSITION);
-        let way = goal.wrapping_sub(control.position(memory, self.shaft));
+        let travel = goal.wrapping_sub(control.position(memory, self.shaft));
         let forward = Control::direction(memory);
-        self.way.goal = mdeg(self.shaft.wrapping_add(forward.wrapping_mul(way)));
-        let distance = steps(self.way.goal).abs_diff(steps(self.way.position()));
-        let velocity = steps_s(self.way.velocity());
+        self.trajectory.goal = mdeg(self.shaft.wrapping_add(forward.wrapping_mul(travel)));
+        let distance = steps(self.trajectory.goal).abs_diff(steps(self.trajectory.position()));
+        let velocity = steps_s(self.trajectory.velocity());
         let profile = control.profile(memory, distance, velocity);
         self.limits = profile.map_or(UNLIMITED, limits);
     }
@@ -86,18 +86,18 @@ impl Dynamixel {
             }
             mode::VELOCITY => {
                 let goal = forward * in_mdeg(Control::goal_velocity(memory).into());
-                self.way.continue_at(goal, &limits, periods)
+                self.trajectory.continue_at(goal, &limits, periods)
             }
             mode::PWM => Target::Off,
-            _ => self.way.continue_to_goal(&limits, sensed, periods),
+            _ => self.trajectory.continue_to_goal(&limits, sensed, periods),
         }
     }
 
-    /// Position and velocity of the way to the goal, in units of the table.
-    fn trajectory(&self, control: &Control) -> (i32, i32) {
+    /// Position and velocity of the trajectory, in units of the table.
+    fn reported_trajectory(&self, control: &Control) -> (i32, i32) {
         let memory = &self.server.memory;
-        let position = control.position(memory, steps(self.way.position()));
-        let velocity = Control::velocity_units(steps_s(self.way.velocity()));
+        let position = control.position(memory, steps(self.trajectory.position()));
+        let velocity = Control::velocity_units(steps_s(self.trajectory.velocity()));
         (position, Control::direction(memory) * velocity)
     }
 }
@@ -147,7 +147,7 @@ impl Servo for Dynamixel {
             true => self.target(&control, sensed, periods),
             false => Target::Off,
         };
-        let trajectory = self.trajectory(&control);
+        let trajectory = self.reported_trajectory(&control);
         let memory = &mut self.server.memory;
         let most = match control.mode {
             mode::CURRENT_BASED_POSITION => memory.get(x::GOAL_CURRENT),

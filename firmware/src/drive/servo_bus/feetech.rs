@@ -9,7 +9,7 @@ use super::motor::{
     Demand, MostTorque, Sensed, Target, bit_rate, current_units, in_mdeg, limits, mdeg, steps,
     steps_s,
 };
-use super::way::Way;
+use super::trajectory::Trajectory;
 
 /// Bit rates by their number in the table, bit/s.
 const BIT_RATES: [u32; 8] = [
@@ -25,7 +25,7 @@ pub(super) struct Feetech {
     taken: Taken,
     /// Position of the shaft at the last exchange, steps.
     shaft: i32,
-    way: Way,
+    trajectory: Trajectory,
 }
 
 impl Feetech {
@@ -36,7 +36,7 @@ impl Feetech {
             control: None,
             taken: Taken::default(),
             shaft: 0,
-            way: Way::at(0),
+            trajectory: Trajectory::at(0),
         }
     }
 
@@ -55,10 +55,10 @@ impl Feetech {
         match control.mode {
             mode::WHEEL => {
                 let goal = in_mdeg(Control::speed(memory).into());
-                self.way.continue_at(goal, &limits, periods)
+                self.trajectory.continue_at(goal, &limits, periods)
             }
             mode::PWM => Target::Off,
-            _ => self.way.continue_to_goal(&limits, sensed, periods),
+            _ => self.trajectory.continue_to_goal(&limits, sensed, periods),
         }
     }
 }
@@ -100,15 +100,15 @@ impl Servo for Feetech {
         // The loop is closed anew, where the shaft is.
         taken.begins |= taken.has_goal && !sensed.is_driven;
         if taken.begins {
-            self.way.begin(sensed);
+            self.trajectory.begin(sensed);
             if !taken.has_goal {
                 // Turning the torque on moves nothing.
                 control.hold(memory, shaft);
             }
         }
         if taken.begins || taken.has_goal {
-            let way = control.goal.wrapping_sub(control.position(memory, shaft));
-            self.way.goal = mdeg(shaft.wrapping_add(way));
+            let travel = control.goal.wrapping_sub(control.position(memory, shaft));
+            self.trajectory.goal = mdeg(shaft.wrapping_add(travel));
         }
         let most = memory.get(sts::TORQUE_LIMIT) as u16;
         let target = match control.torque {
@@ -131,7 +131,7 @@ impl Servo for Feetech {
             temperature: sensed.temperature,
             current: current_units(self.server.memory.table(), sensed.current_ma),
             status: faults,
-            is_under_way: self.way.position() != self.way.goal,
+            is_under_way: self.trajectory.position() != self.trajectory.goal,
         };
         control.report(&mut self.server.memory, &measured);
         self.control = Some(control);

@@ -117,13 +117,13 @@ pub(super) fn bit_rate(memory: &Memory, number: Field, rates: &[u32]) -> Option<
     rates.get(number).copied()
 }
 
-/// A way or a rate of steps, in mdeg.
+/// A travel or a rate of steps, in mdeg.
 pub(super) fn in_mdeg(steps: i64) -> i32 {
     let mdeg = steps.saturating_mul(TURN_MDEG) / i64::from(TURN);
     mdeg.clamp(i32::MIN.into(), i32::MAX.into()) as i32
 }
 
-/// Limits of the way to a goal, in mdeg.
+/// Limits of a trajectory, in mdeg.
 #[inline(never)]
 pub(super) fn limits(profile: Profile) -> Limits {
     let mdeg = |steps: u32| {
@@ -157,7 +157,7 @@ pub(super) struct Sensed {
     pub is_waiting: bool,
     /// CANopen has ended the motion.
     pub is_stopped: bool,
-    /// The deviation from the way to the goal that is permitted while the torque is limited, mdeg.
+    /// The deviation from the trajectory that is permitted while the torque is limited, mdeg.
     pub room_mdeg: Option<i32>,
 }
 

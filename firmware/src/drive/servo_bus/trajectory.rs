@@ -1,19 +1,19 @@
-//! The way of the shaft to a goal, mdeg.
+//! The trajectory of the shaft to a goal, mdeg.
 
 use canopen::cia402::{Limits, Ramp};
 
 use super::PERIOD_US;
 use super::motor::{Sensed, Target};
 
-/// A way and its end.
+/// A trajectory and its end.
 #[derive(Debug)]
-pub(super) struct Way {
+pub(super) struct Trajectory {
     ramp: Ramp,
     /// Its end.
     pub goal: i32,
 }
 
-impl Way {
+impl Trajectory {
     /// At rest at this position.
     pub fn at(position: i32) -> Self {
         Self {
