@@ -105,12 +105,14 @@ fn field(row: &[&str]) -> String {
     )
 }
 
-/// Index and sub-index of an object that is written as 607Ah:0.
+/// Index and sub-index of an object that is written as 607Ah:0; of none if it is empty.
 fn object(text: &str) -> String {
-    match text.split_once("h:") {
-        Some((index, sub)) => format!("Some((0x{index}, {sub}))"),
-        None => "None".to_owned(),
+    if text.is_empty() {
+        return "None".to_owned();
     }
+    let (index, sub) =
+        (text.split_once("h:")).unwrap_or_else(|| panic!("{text}: expected 607Ah:0"));
+    format!("Some((0x{index}, {sub}))")
 }
 
 /// The registers that all models of a family have.

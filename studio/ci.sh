@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Uses Studio in Chromium: every view, what owners do, the commissioning, random entries, the
-# printed report, axe, strangers, pulled plugs, telemetry at full rate, servos on a serial
-# bus, and the views on the emulated boards. Needs node and npm; Chromium is installed where it is missing.
+# printed report, axe, strangers, pulled plugs, telemetry at full rate, servos on a serial bus, and
+# the views on the emulated boards. Needs node and npm; Chromium is installed where it is missing.
 #
 # `studio/ci.sh long` runs the telemetry for ten minutes; `studio/ci.sh documents` writes the table
 # of docs/studio.md and the picture of the README.

@@ -52,7 +52,7 @@ pub const TURN: i32 = 4096;
 /// Position in the middle of a turn, in steps.
 pub const MIDDLE: i32 = TURN / 2;
 
-/// Greatest velocity and acceleration of the way to a goal.
+/// Greatest velocity and acceleration of the trajectory to a goal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Profile {
     /// Steps/s.

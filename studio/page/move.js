@@ -36,14 +36,14 @@ const show = host => {
   // While it is dragged the last position counts.
   let isMoving = false, pending = null;
   const command = async value => {
-    // What it was entered as: another quantity may be chosen meanwhile.
-    pending = KINDS[kind].order(value * factor(KINDS[kind].unit));
+    // What it was entered as, and for which: others may be chosen meanwhile.
+    pending = [state.node, ...KINDS[kind].order(value * factor(KINDS[kind].unit))];
     if (isMoving) return;
     isMoving = true;
     while (pending != null) {
-      const [order, target] = pending;
+      const [node, order, target] = pending;
       pending = null;
-      if (await attempt(() => request(order, { node: state.node, ...target }).then(() => true)) === undefined) pending = null;
+      if (await attempt(() => request(order, { node, ...target }).then(() => true)) === undefined) pending = null;
     }
     isMoving = false;
   };
@@ -87,7 +87,7 @@ const show = host => {
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Excitation'), run), why, form.element)),
     h('section', { class: 'card' }, plots, h('div', { class: 'row' }, saving(plots, 'move')))));
 
-  let node = null, isBusy = false;
+  let node = null, wasOn = false;
   const load = async () => {
     const values = await attempt(() => read(...LIMITS, ...PROFILE, ...RATES, ...TORQUES));
     if (!values) return;
@@ -109,6 +109,9 @@ const show = host => {
     enable.disabled = !can || one.is_enabled || one.has_fault || one.is_commissioned;
     disable.disabled = !can || !one.is_enabled;
     for (const element of [slider, target.input, go, what, ...jog.children]) element.disabled = !isOn;
+    // A step is one from the present angle, not from an earlier target.
+    if (isOn && !wasOn) choose();
+    wasOn = Boolean(isOn);
     run.disabled = !isOn || !form.isValid;
     say(why, whyNot());
     put(drive, one ? badge(one.state ?? '–', one.has_fault ? 'bad' : one.is_enabled ? 'good' : '') : 'no actuator');

@@ -24,13 +24,14 @@ const show = host => {
   // While it is dragged the last position counts.
   let isMoving = false, pending = null, last = 0;
   const command = async value => {
-    pending = value * factor('deg');
+    // Of the servo that is chosen now.
+    pending = { node: state.node, deg: value * factor('deg') };
     if (isMoving) return;
     isMoving = true;
     while (pending != null) {
-      const deg = pending;
+      const goal = pending;
       pending = null;
-      if (await attempt(() => request('move', { node: state.node, deg }).then(() => true)) === undefined) pending = null;
+      if (await attempt(() => request('move', goal).then(() => true)) === undefined) pending = null;
     }
     isMoving = false;
   };
@@ -55,12 +56,15 @@ const show = host => {
     h('section', { class: 'card' }, plots, h('div', { class: 'row' }, saving(plots, 'move')))));
 
   const lastOf = key => state.node == null ? NaN : ring(state.node)?.last(column(key));
-  let node = null, range = '';
+  let node = null, range = '', wasOn = false;
   const unwatch = watch(() => {
     const one = chosen(), can = hasControl() && one && !one.is_lost && !state.busProblem, isOn = can && one.is_enabled && !one.is_stopping;
     enable.disabled = !can || one.is_enabled || one.problem != null;
     disable.disabled = !can || !one.is_torque_on;
     for (const element of [slider, target.input, go, ...jog.children]) element.disabled = !isOn;
+    // A step is one from the present angle, not from an earlier goal.
+    const begins = Boolean(isOn) && !wasOn;
+    wasOn = Boolean(isOn);
     put(drive, one ? badge(one.state, one.is_lost || one.has_fault ? 'bad' : one.is_enabled ? 'good' : one.is_torque_on ? 'warn' : '') : 'no servo', one?.errors.map(name => badge(name, 'bad')));
     say(hint, one?.problem || whyNot() || 'Space stops all servos: they hold the angle that they have. If this page hangs or is closed, the server stops the servo.');
     if (!one) return;
@@ -74,9 +78,12 @@ const show = host => {
       say(low, `${+min.toFixed(2)} ${unit}`);
       say(high, `${+max.toFixed(2)} ${unit}`);
     }
-    if (one.node !== node) {
+    const isOther = one.node !== node;
+    if (isOther) {
       node = one.node;
       plot.show([node]);
+    }
+    if (isOther || begins) {
       const at = lastOf('angle') / factor('deg');
       point(Number.isFinite(at) ? +at.toFixed(digits) : 0);
     }

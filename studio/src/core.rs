@@ -84,7 +84,7 @@ pub struct State {
 pub struct Core {
     /// The bus.
     pub hub: Arc<Hub>,
-    /// The way to the servos, if the bus has some in place of CAN.
+    /// The thread of the servos, if the bus has some in place of CAN.
     pub servos: Option<Servos>,
     /// The pages.
     pub pages: Pages,

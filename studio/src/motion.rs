@@ -158,7 +158,9 @@ pub fn take_mode(core: &Core, client: &mut Client, mode: i8) -> Result<(), Clien
 /// Stops a drive: at once, and until it is off.
 pub fn stop(core: &Arc<Core>, number: u8) {
     let is_there = core.with_node(number, |node| {
-        node.is_stopping |= node.is_powered() || node.moved_by().is_some();
+        // Whether the torque of a servo is on is read before its motion ends.
+        let is_moving = node.is_powered() || node.moved_by().is_some();
+        node.is_stopping |= is_moving || node.servo.is_some();
         node.stops.fetch_add(1, Ordering::SeqCst);
         node.target = None;
         node.is_actuator

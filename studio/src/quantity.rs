@@ -129,3 +129,18 @@ pub fn values(telemetry: &Telemetry) -> [f32; COUNT] {
         value.map_or(f32::NAN, |value| (value * quantity.scale) as f32)
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use host_sim::servo_bus::client::COLUMNS;
+
+    use super::*;
+
+    #[test]
+    fn each_quantity_of_a_servo_is_a_column_of_a_recording() {
+        for quantity in SERVO {
+            let is_column = |(name, _): &(&str, &[&str])| *name == quantity.column;
+            assert!(COLUMNS.iter().any(is_column), "{}", quantity.column);
+        }
+    }
+}

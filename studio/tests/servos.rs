@@ -15,9 +15,12 @@ use page::{PATIENCE, Page};
 use serde_json::{Value, json};
 use studio::{Options, Studio};
 
-/// Time from the loss of a page to a shaft at rest: 0.7 s until a page counts as silent, the stop,
-/// and the deceleration.
-const AT_REST: Duration = Duration::from_millis(1500);
+/// Time from a stop to a shaft at rest: some samples of the bus, the deceleration, and as much for
+/// a computer that is busy.
+const AT_REST: Duration = Duration::from_millis(800);
+
+/// Time in which a page does not answer until it counts as silent.
+const SILENCE: Duration = Duration::from_millis(700);
 
 /// Speed of a motion that lasts longer than a test, steps/s.
 const SLOW: i32 = 300;
@@ -124,9 +127,10 @@ impl Bench {
     }
 
     /// Checks that a motion has ended in time, and that the servo holds the angle.
-    fn is_halted(&mut self, id: u8, what: &str) {
+    fn is_halted(&mut self, id: u8, what: &str, within: Duration) {
         let (position, after) = self.rests(id);
-        assert!(after < AT_REST, "{what}: {after:?}");
+        assert!(after < within, "{what}: {after:?}");
+        // A goal of where it was, and the deceleration: 1 deg.
         assert!((self.read(id, "goal_position") - position).abs() < 12);
         assert_eq!(self.read(id, "torque_enable"), 1, "an arm does not fall");
     }
@@ -211,7 +215,7 @@ fn six_servos_are_found_sampled_moved_and_stopped_by_any_page() {
     let error = refused.expect_err("another page has the control");
     assert!(error.contains("another page has the control"), "{error}");
     other.ask("stop", json!({})).expect("every page may");
-    bench.is_halted(2, "a stop");
+    bench.is_halted(2, "a stop", AT_REST);
     assert_eq!(bench.read(1, "torque_enable"), 0, "it is off");
     let refused = page.ask("move", json!({ "node": 2, "deg": 20.0 }));
     assert_eq!(refused, Err("the servo is not enabled".into()));
@@ -228,19 +232,19 @@ fn the_loss_of_a_page_and_the_end_of_the_server_stop_what_was_moved() {
         let mut page = bench.page(2);
         bench.begin(2, &mut page);
         page.is_alive = false;
-        bench.is_halted(2, "hangs");
+        bench.is_halted(2, "hangs", SILENCE + AT_REST);
         drop(page);
         let mut page = bench.page(2);
         bench.begin(2, &mut page);
         drop(page);
-        bench.is_halted(2, "closed");
+        bench.is_halted(2, "closed", AT_REST);
         let mut page = bench.page(2);
         bench.begin(2, &mut page);
         if protocol == "dxl" {
             assert_eq!(bench.read(2, "bus_watchdog"), 25, "of 20 ms");
         }
         bench.studio = None;
-        bench.is_halted(2, "the server ends");
+        bench.is_halted(2, "the server ends", AT_REST);
         if protocol == "dxl" {
             assert_eq!(bench.read(2, "bus_watchdog"), 0);
         }
@@ -266,10 +270,62 @@ fn a_servo_that_vanishes_is_missing_and_is_stopped_when_it_returns() {
     });
     fault(&bench, false);
     page.until("its return", |page| node(page, 3)["is_lost"] == false);
-    bench.is_halted(3, "a stop");
+    bench.is_halted(3, "a stop", AT_REST);
     page.until("the end of its motion", |page| {
         node(page, 3)["is_enabled"] == false
     });
+}
+
+#[test]
+fn a_stop_ends_the_motion_of_another_program_and_of_a_servo_that_does_not_answer_writes() {
+    for (protocol, name, level) in [
+        ("sts", "sts3215", ("response_level", 0)),
+        ("dxl", "xl330-m288", ("status_return_level", 1)),
+    ] {
+        let mut bench = Bench::start(protocol, name, 2);
+        let mut page = bench.page(2);
+        bench.begin(2, &mut page);
+        let device = bench.device(2);
+        let (silent, value) = level;
+        // It is the answer that it does not give any more.
+        let _ = device.write(&mut bench.client, silent, value);
+        assert_eq!(bench.read(2, silent), value);
+        page.ask("stop", json!({})).expect("every page may");
+        bench.is_halted(2, "a stop", AT_REST);
+        page.until("the end of the stop", |page| {
+            node(page, 2)["is_enabled"] == false && node(page, 2)["is_stopping"] == false
+        });
+        let refused = page.ask("enable", json!({ "node": 2 }));
+        let error = refused.expect_err("it does not acknowledge a stop");
+        assert!(error.contains(silent), "{error}");
+        // Of the other servo Studio does not know yet that its torque is on.
+        let device = bench.device(1);
+        let mut write = |name, value| device.write(&mut bench.client, name, value).expect(name);
+        if protocol == "sts" {
+            write("goal_velocity", SLOW);
+            write("goal_position", 4000);
+        } else {
+            write("profile_velocity", SLOW / 16);
+            write("torque_enable", 1);
+            write("goal_position", 4000);
+        }
+        page.ask("stop", json!({})).expect("every page may");
+        bench.is_halted(1, "a stop", AT_REST);
+    }
+}
+
+#[test]
+fn a_stop_does_not_drive_a_braked_servo() {
+    let mut bench = Bench::start("sts", "sts3215", 1);
+    let mut page = bench.page(1);
+    let device = bench.device(1);
+    let written = device.write(&mut bench.client, "torque_enable", 2);
+    written.expect("it is taken");
+    page.ask("stop", json!({})).expect("every page may");
+    page.until("the end of the stop", |page| {
+        node(page, 1)["is_stopping"] == false
+    });
+    assert_eq!(bench.read(1, "torque_enable"), 2);
 }
 
 #[test]
@@ -336,8 +392,13 @@ fn registers_are_written_by_name_and_refused_with_the_reason() {
         "write",
         json!({ "node": 1, "object": "operating_mode", "value": "4" }),
     );
-    let error = refused.expect_err("EEPROM");
-    assert!(error.contains("error 7, not writable now"), "{error}");
+    let error = refused.expect_err("it would move the shaft");
+    assert_eq!(error, "operating_mode: the torque is on, turn it off first");
+    let refused = page.ask(
+        "write",
+        json!({ "node": 1, "object": "bus_watchdog", "value": "0" }),
+    );
+    assert!(refused.is_err(), "it stops the servo without Studio");
     page.ask("disable", json!({ "node": 1 }))
         .expect("it is released");
     // A new ID.

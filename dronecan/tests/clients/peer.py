@@ -199,8 +199,9 @@ class Contract:
         self.assertAlmostEqual(self.last().speed, 0.5, delta=0.05)
         # Released: it stays where it is, whatever the value means as an angle.
         for kind, value in [(kinds.COMMAND_TYPE_UNITLESS, math.nan), (4, 0)]:
-            self.command(kinds.COMMAND_TYPE_POSITION, 0.3, 1.5)
-            self.command(kind, value, 0.5)
+            # Until it rests, also where the time of the emulator is behind.
+            self.command(kinds.COMMAND_TYPE_POSITION, 0.3, 3)
+            self.command(kind, value, 1)
             at = self.last().position
             self.command(kind, value, 0.5)
             self.assertAlmostEqual(at, 0.3, delta=0.02)

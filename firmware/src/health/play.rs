@@ -1,10 +1,11 @@
 //! The lost motion between motor and shaft: play of the gears, and their elasticity under friction.
 //!
-//! A motion that begins against the way of the last one first takes up the play: the motor turns,
-//! and the shaft does not. The integral of the back-EMF is the motor's way, so
+//! A motion against the direction of the last one first takes up the play: the motor turns, and
+//! the shaft does not. The integral of the back-EMF is the travel of the motor, so
 //!
 //! ```text
-//! play = E(first)/K - travel(first)     K = (E(second) - E(first))/(travel(second) - travel(first))
+//! play = E(first)/K - travel(first)
+//! K = (E(second) - E(first))/(travel(second) - travel(first))
 //! ```
 //!
 //! with the integrals until the shaft has travelled a first and a second angle. `K` is that of the
@@ -19,6 +20,9 @@ use model_core::control::units::Angle;
 /// The first and the second angle of a motion, mdeg.
 const FIRST_MDEG: i32 = 8_000;
 const SECOND_MDEG: i32 = 24_000;
+
+/// The greatest play, that of object 2053h:8, mdeg.
+const MOST_MDEG: i32 = 20_000;
 
 /// Control periods below the least back-EMF after which the motor is at rest: 0.1 s.
 const REST: u8 = 25;
@@ -90,7 +94,7 @@ impl Play {
                     sum: 0,
                     first: None,
                 };
-            } else if before != sign {
+            } else if self.motion == Motion::None || before != sign {
                 self.motion = Motion::Done;
             }
         }
@@ -101,14 +105,17 @@ impl Play {
                 None if travel >= FIRST_MDEG => *first = Some((*sum, travel)),
                 Some(first) if travel >= SECOND_MDEG => {
                     let play = play(*first, (*sum, travel));
-                    self.take(play);
+                    self.motion = Motion::Done;
+                    if let Some(mdeg) = play {
+                        self.take(mdeg);
+                    }
                 }
                 _ => {}
             }
         }
     }
 
-    /// Takes the play of the present motion, mdeg, which is then done.
+    /// Takes the play of a motion, mdeg.
     fn take(&mut self, mdeg: i32) {
         let way = if self.sign > 0 {
             &mut self.positive
@@ -117,7 +124,6 @@ impl Play {
         };
         way.count = way.count.saturating_add(1).min(LENGTH);
         way.mdeg.take(mdeg, way.count);
-        self.motion = Motion::Done;
     }
 
     /// The play, mdeg; `None` before there are enough motions.
@@ -130,12 +136,13 @@ impl Play {
     }
 }
 
-/// The play, mdeg, from sums of the back-EMF and travels until the first and the second angle.
-fn play((sum_1, travel_1): (i32, i32), (sum_2, travel_2): (i32, i32)) -> i32 {
+/// The play, mdeg, from sums of the back-EMF and travels until the first and the second angle;
+/// `None` beyond what is plausible: the back-EMF was not measured all the time.
+fn play((sum_1, travel_1): (i32, i32), (sum_2, travel_2): (i32, i32)) -> Option<i32> {
     let motor = i64::from(sum_1) * i64::from(travel_2 - travel_1);
-    // A sum that has not grown: the back-EMF was not measured.
-    let motor = motor.checked_div(i64::from(sum_2 - sum_1));
-    motor.map_or(0, |motor| motor as i32 - travel_1)
+    let motor = motor.checked_div(i64::from(sum_2 - sum_1))?;
+    let play = i32::try_from(motor - i64::from(travel_1)).ok()?;
+    (-MOST_MDEG..=MOST_MDEG).contains(&play).then_some(play)
 }
 
 #[cfg(test)]
@@ -203,8 +210,8 @@ mod tests {
     fn the_angle_that_the_motor_turns_alone_is_the_play_whatever_the_offset() {
         for (play_mdeg, offset_mv) in [(0, 0), (200, 0), (1_000, 0), (1_000, 80), (3_000, -80)] {
             let found = moved(play_mdeg, offset_mv, |_| 50).mdeg();
-            // The offset is 8 % of the back-EMF in the slow 4 deg, and 4 % behind them. The other way
-            // its effect has the other sign; what is left is 4 % of 4 % of 4 deg, 6 mdeg.
+            // The offset is 8 % of the back-EMF in the slow 4 deg, and 4 % behind them. In the other
+            // direction its effect has the other sign: 4 % of 4 % of 4 deg are left, 6 mdeg.
             let off = found.expect("eight motions each way") - play_mdeg;
             assert!(off.abs() <= 10, "{play_mdeg}, {offset_mv}: {found:?}");
         }
@@ -217,6 +224,24 @@ mod tests {
             bench.turn(if motion % 4 < 2 { 1 } else { -1 }, 50);
         }
         assert_eq!(bench.play.mdeg(), Some(1_000));
+    }
+
+    #[test]
+    fn a_reversal_without_a_rest_behind_one_that_does_not_count_shows_no_play() {
+        let mut bench = Bench::new(1_000, 0);
+        for motion in 0..32 {
+            // On, on, and back at once.
+            let (sign, rest) = [(1, 50), (1, 0), (-1, 50), (-1, 0)][motion % 4];
+            bench.turn(sign, rest);
+        }
+        assert_eq!(bench.play.mdeg(), None);
+    }
+
+    #[test]
+    fn a_back_emf_that_ceases_is_no_play() {
+        assert_eq!(play((300_000, 8_000), (300_001, 24_000)), None);
+        assert_eq!(play((300_000, 8_000), (300_000, 24_000)), None);
+        assert_eq!(play((45_000, 8_000), (125_000, 24_000)), Some(1_000));
     }
 
     #[test]

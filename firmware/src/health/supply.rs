@@ -2,7 +2,8 @@
 //!
 //! Current and supply are sampled together in the middle of the on time, in which the bridge draws
 //! the winding's current: `supply = open - R current`. The mean supply with a current, against that
-//! without one, gives `R`; both are of the last seconds, so the slow discharge of a battery cancels.
+//! without one, gives `R`. Neither is older than some seconds, so the slow discharge of a battery
+//! cancels.
 //! On times below a quarter do not count: the capacitor at the bridge (470 uF) then gives a part of
 //! the current. What it gives later makes the result up to a quarter too low.
 
@@ -23,16 +24,25 @@ const LENGTH: u16 = 512;
 /// Control periods, each with and without a load, after which the resistance is known: 1 s.
 const ENOUGH: u16 = 256;
 
+/// Control periods without a value after which a mean is too old: 8 s.
+const OLDEST: u16 = 2048;
+
 /// Means of supply and current.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Means {
     count: u16,
+    /// Control periods since the last value.
+    age: u16,
     supply: Mean,
     current: Mean,
 }
 
 impl Means {
     fn take(&mut self, supply_mv: i32, current_ma: i32) {
+        if self.age > OLDEST {
+            *self = Self::default();
+        }
+        self.age = 0;
         self.count = self.count.saturating_add(1).min(LENGTH);
         self.supply.take(supply_mv, self.count);
         self.current.take(current_ma, self.count);
@@ -46,6 +56,10 @@ pub(super) struct Supply {
     duty: Percent,
     idle: Means,
     loaded: Means,
+    /// There was a load since the last result.
+    is_due: bool,
+    /// The last result, mohm.
+    resistance: Option<i32>,
 }
 
 impl Supply {
@@ -57,22 +71,38 @@ impl Supply {
         } else {
             (duty, t.sampled_ma)
         };
+        for means in [&mut self.idle, &mut self.loaded] {
+            means.age = means.age.saturating_add(1);
+        }
         if duty >= LOADED_DUTY && drawn_ma >= LEAST_MA {
             self.loaded.take(t.supply_mv, drawn_ma);
+            self.is_due = true;
         } else if duty <= IDLE_DUTY {
             // What the winding still carries circulates in the bridge.
             self.idle.take(t.supply_mv, 0);
+            if self.is_due
+                && let Some(mohm) = self.measured()
+            {
+                (self.resistance, self.is_due) = (Some(mohm), false);
+            }
         }
     }
 
     /// The resistance, mohm; `None` before there are enough values.
     pub fn resistance(&self) -> Option<i32> {
+        self.resistance
+    }
+
+    /// That of the means, behind a load.
+    fn measured(&self) -> Option<i32> {
         let Self { idle, loaded, .. } = self;
         if idle.count.min(loaded.count) < ENOUGH {
             return None;
         }
         let sag = i64::from(idle.supply.0) - i64::from(loaded.supply.0);
-        Some((sag * 1000).checked_div(loaded.current.0.into())? as i32)
+        let mohm = (sag * 1000).checked_div(loaded.current.0.into())?;
+        // A supply that was raised meanwhile shows less than nothing.
+        Some(i32::try_from(mohm).ok()?.max(0))
     }
 }
 
@@ -95,17 +125,40 @@ mod tests {
     fn the_supply_under_load_against_that_without_is_the_resistance() {
         for sign in [1, -1] {
             let mut supply = Supply::default();
-            for period in 0..512 {
+            for period in 0..=512 {
                 // 0.2 ohm, and a battery that loses 100 mV meanwhile.
                 let (duty_pct, current_ma) = if period % 2 == 0 { (0, 0) } else { (40, 500) };
                 let supply_mv = 7_000 - period / 5 - current_ma / 5;
                 observe(&mut supply, sign * duty_pct, sign * current_ma, supply_mv);
-                assert_eq!(supply.resistance().is_some(), period >= 511);
+                // Behind the last of 256 with a load.
+                assert_eq!(supply.resistance().is_some(), period == 512);
             }
             // A mean has steps of 2^-13 of its unit, times its length: 0.03 mV of 100.
             let found = supply.resistance().expect("256 values of both");
             assert!((found - 200).abs() <= 1, "{found}");
         }
+    }
+
+    #[test]
+    fn a_battery_that_was_discharged_under_a_long_load_is_no_resistance() {
+        let mut supply = Supply::default();
+        let mut observe = |periods: u32, duty_pct, current_ma, open_mv: i32| {
+            for _ in 0..periods {
+                observe(&mut supply, duty_pct, current_ma, open_mv - current_ma / 5);
+            }
+            supply.resistance()
+        };
+        observe(1_000, 0, 0, 7_400);
+        // Held for an hour, then moved.
+        observe(900_000, 40, 500, 6_800);
+        assert_eq!(observe(255, 0, 0, 6_800), None);
+        let found = observe(1, 0, 0, 6_800).expect("256 values without a load");
+        assert!((found - 200).abs() <= 1, "{found}");
+        // At rest for an hour, with a full battery then.
+        observe(900_000, 0, 0, 7_400);
+        observe(256, 40, 500, 7_400);
+        let found = observe(1, 0, 0, 7_400).expect("it stays");
+        assert!((found - 200).abs() <= 1, "{found}");
     }
 
     #[test]

@@ -79,8 +79,9 @@ fn status_text(status: u32) -> &'static str {
     }
 }
 
-/// The time in which a node installs an image and starts again.
-const RESTART: Duration = Duration::from_secs(30);
+/// The time in which a node installs an image and starts again: some 10 s, and more on a board that
+/// is emulated slower than in real time.
+const RESTART: Duration = Duration::from_secs(60);
 
 /// Longest time for which a request of the installation is repeated: that of a quick stop, twice.
 const COMING_TO_REST: Duration = Duration::from_secs(1);

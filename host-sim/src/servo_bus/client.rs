@@ -19,7 +19,7 @@ use super::model::Family;
 use line::{Answered, Framed, Line, is_pause, open};
 
 pub use columns::{COLUMNS, Columns};
-pub use device::{Device, errors};
+pub use device::{Device, TORQUE_ON, errors};
 pub use error::{ServoError, in_units};
 pub use registers::{angle_deg, position, register, value};
 
@@ -32,8 +32,8 @@ const ANSWER: Duration = Duration::from_millis(60);
 /// The same where most IDs do not answer: a scan lasts 6 s.
 const SCAN_ANSWER: Duration = Duration::from_millis(25);
 
-/// The IDs that servos of both families can have.
-pub const IDS: RangeInclusive<u8> = 0..=252;
+/// The IDs that servos can have; 253 is one of Feetech's alone.
+pub const IDS: RangeInclusive<u8> = 0..=253;
 
 /// Register `end` of the SCS series, whose values have the high byte first.
 const HIGH_FIRST: i32 = 1;

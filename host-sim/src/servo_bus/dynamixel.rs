@@ -28,7 +28,7 @@ pub struct X {
     current_unit_a: f64,
     control: Control,
     ramp: Ramp,
-    /// Those of the way to the goal, from when it was written; `None` without a profile.
+    /// Those of the trajectory to the goal, from when it was written; `None` without a profile.
     limits: Option<Limits>,
     error: i32,
     /// Sum of the deviations of the loop, in units of its output.
@@ -65,7 +65,7 @@ impl X {
         f64::from(self.get(field))
     }
 
-    /// The way to the goal begins at the present position.
+    /// The trajectory to the goal begins at the present position.
     fn begin(&mut self) {
         self.ramp = Ramp::at(self.position());
         (self.error, self.sum) = (0, 0.0);

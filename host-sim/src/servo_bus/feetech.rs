@@ -33,7 +33,7 @@ pub struct Sts {
     loop_scale: f64,
     current_unit_a: f64,
     control: Control,
-    /// The way to the goal.
+    /// The trajectory to the goal.
     ramp: Ramp,
     error: i32,
     wheel_duty: f64,
@@ -69,7 +69,7 @@ impl Sts {
         self.server.memory.get(field)
     }
 
-    /// The way to the goal begins at the present position.
+    /// The trajectory to the goal begins at the present position.
     fn begin(&mut self) {
         self.ramp = Ramp::at(self.position());
         (self.error, self.wheel_duty) = (0, 0.0);

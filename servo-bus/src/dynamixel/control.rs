@@ -60,7 +60,7 @@ pub struct Control {
 /// What the loop has to do for what was taken from the registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Taken {
-    /// The way to the goal begins at the present position, at rest.
+    /// The trajectory to the goal begins at the present position, at rest.
     pub begins: bool,
     /// The servo was restarted, which acknowledges its errors.
     pub restarts: bool,
@@ -95,7 +95,7 @@ pub struct Measured {
     pub voltage: i32,
     /// degC.
     pub temperature: i32,
-    /// Position and velocity of the way to the goal, in units of the table.
+    /// Position and velocity of the trajectory to the goal, in units of the table.
     pub trajectory: (i32, i32),
     /// Bits of [`error`] that are present.
     pub errors: i32,
@@ -243,8 +243,8 @@ impl Control {
         self.is_driven = false;
     }
 
-    /// Limits of the way to the goal, which begins with this distance and velocity, in steps and
-    /// steps/s; `None` without a profile.
+    /// Limits of the trajectory to the goal, which begins with this distance and velocity, in steps
+    /// and steps/s; `None` without a profile.
     pub fn profile(&self, memory: &Memory, distance: u32, velocity: i32) -> Option<Profile> {
         let of = |field| memory.get(field).unsigned_abs();
         let (most, acceleration) = (of(x::PROFILE_VELOCITY), of(x::PROFILE_ACCELERATION));

@@ -57,7 +57,7 @@ pub struct Control {
 /// What the loop has to do for what was taken from the registers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Taken {
-    /// The way to the goal begins at the present position, at rest.
+    /// The trajectory to the goal begins at the present position, at rest.
     pub begins: bool,
     /// What ended or weakened the torque is acknowledged.
     pub acknowledges: bool,
@@ -91,7 +91,7 @@ pub struct Measured {
     pub current: i32,
     /// Bits of [`status`].
     pub status: i32,
-    /// The way to the goal has not ended.
+    /// The trajectory to the goal has not ended.
     pub is_under_way: bool,
 }
 
@@ -234,7 +234,7 @@ impl Control {
         SPEED_UNIT * memory.get(sts::MAXIMUM_VELOCITY_LIMIT)
     }
 
-    /// Limits of the way to a goal.
+    /// Limits of the trajectory to a goal.
     pub fn profile(memory: &Memory) -> Profile {
         let most = Self::greatest_speed(memory);
         let wanted = memory.get(sts::GOAL_VELOCITY).abs();

@@ -8,6 +8,7 @@ With the ELF of the actuator board the servos are two emulated boards.
 """
 import math
 import os
+import statistics
 import subprocess
 import sys
 import tempfile
@@ -334,8 +335,11 @@ class RustypotX(Bench):
             return self.servos.read_present_position(1)[0] > 0.5
 
         self.wait_for(is_half_way, "half of the way")
-        # A board limits the mean: a sample has noise, and the flanks of its gears meet.
-        self.assertLessEqual(max(accelerating), 100 if ELF else 61)
+        if ELF:
+            # A board limits the mean, which is 390 without the limit: a sample has noise, and the
+            # flanks of its gears meet.
+            accelerating = [statistics.fmean(accelerating)]
+        self.assertLessEqual(max(accelerating), 66 if ELF else 61)
         self.wait_for(lambda: abs(self.servos.read_present_position(1)[0] - 1.0) < 0.1, "the goal")
 
 

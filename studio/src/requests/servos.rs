@@ -17,6 +17,18 @@ use crate::web::PageId;
 
 const NOT_ENABLED: &str = "the servo is not enabled";
 
+/// Registers that move a shaft with torque, or at which a stop is not acknowledged.
+const WITHOUT_TORQUE: [&str; 8] = [
+    "homing_offset",
+    "operating_mode",
+    "drive_mode",
+    "phase",
+    "min_position_limit",
+    "max_position_limit",
+    "status_return_level",
+    "response_level",
+];
+
 /// Registers without which the servo is not reached as before.
 const ADDRESSES: [&str; 2] = ["id", "baud_rate"];
 
@@ -164,6 +176,7 @@ fn enable(core: &Core, client: &mut Client, device: Device) -> Result<Value, Str
 
 fn turn_on(core: &Core, client: &mut Client, device: Device) -> Result<(), ServoError> {
     device.require_angles(client)?;
+    device.require_answers(client)?;
     if device.table.register("bus_watchdog").is_some() {
         // One that has expired refuses all else.
         device.write(client, "bus_watchdog", 0)?;
@@ -243,6 +256,9 @@ fn write(context: Context, number: u8, name: &str, entered: &str) {
                 register.name
             ));
         }
+        if register.name == "bus_watchdog" && servo.is_watched {
+            return Err("bus_watchdog: it is on while the servo is enabled".into());
+        }
         let is_taken = |id: i32| state.nodes.keys().any(|known| i32::from(*known) == id);
         if register.name == "id" && value != i32::from(number) && is_taken(value) {
             return Err(format!("there is a servo {value} already"));
@@ -254,14 +270,22 @@ fn write(context: Context, number: u8, name: &str, entered: &str) {
         Err(why) => return context.reply.result(Err(why)),
     };
     let work = move |core: &Core, client: &mut Client, device: Device| {
-        let Device { id, table } = device;
-        client.write(id, table, register, value).map_err(text)?;
-        let id = if register.name == "id" {
-            value as u8
-        } else {
-            id
-        };
-        if id != device.id {
+        let table = device.table;
+        let name = register.name;
+        if WITHOUT_TORQUE.contains(&name) && device.is_driven(client).map_err(text)? {
+            return Err(format!("{name}: the torque is on, turn it off first"));
+        }
+        let id = if name == "id" { value as u8 } else { device.id };
+        let is_new = id != device.id;
+        if is_new && client.probe(id).map_err(text)?.is_some() {
+            return Err(format!("there is a servo {id} already"));
+        }
+        client
+            .write(device.id, table, register, value)
+            .map_err(text)?;
+        if is_new {
+            // The answer to the write may be lost.
+            client.table(id).map_err(text)?;
             core.with(|state| state.nodes.remove(&device.id));
         }
         // Limits, mode and torque may be others now.

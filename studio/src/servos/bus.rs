@@ -1,6 +1,6 @@
-//! The thread that has the line.
+//! The thread that owns the port.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -10,7 +10,7 @@ use host_sim::servo_bus::client::{Client, Device, IDS, ServoError};
 use serde_json::json;
 use servo_bus::Order;
 
-use super::changes::{abandon, answer, attach, look_at, missed, numbers, take};
+use super::changes::{abandon, answer, attach, missed, numbers, take, take_state};
 use super::{Job, Servos};
 use crate::core::Core;
 use crate::node::Node;
@@ -18,13 +18,13 @@ use crate::node::Node;
 /// Shortest time between two samples: that for which pages have memory.
 const PERIOD: Duration = Duration::from_millis(4);
 
-/// Time between two looks at the state of a servo, one register at a time.
-const LOOK: Duration = Duration::from_millis(20);
+/// Time between two reads of the state of a servo, one register at a time.
+const STATE: Duration = Duration::from_millis(20);
 
-/// Time between two looks for a missing servo, each of which delays the samples by 25 ms.
-const SEEK: Duration = Duration::from_millis(500);
+/// Time between two probes of missing servos, each of which delays the samples by 25 ms.
+const PROBE: Duration = Duration::from_millis(500);
 
-/// IDs that are looked for twice, and longer, as an answer is late where the processor is busy:
+/// IDs that are probed twice, and longer, as an answer is late where the processor is busy:
 /// most servos have one of these.
 const USUAL: u8 = 20;
 
@@ -86,18 +86,35 @@ fn reopen(core: &Core, servos: &Servos, bus: &str) -> Option<Line> {
     Some(Line::new(client))
 }
 
+/// The result of a write; a servo that answers reads only carries it out without an answer.
+fn unless_silent(
+    client: &mut Client,
+    device: Device,
+    written: Result<(), ServoError>,
+) -> Result<(), ServoError> {
+    if !matches!(written, Err(ServoError::NoAnswer(_))) {
+        return written;
+    }
+    match device.require_answers(client) {
+        Err(ServoError::Silent { .. }) => Ok(()),
+        _ => written,
+    }
+}
+
 /// The bytes that servos are read for a sample: first address, their number and order.
 type Block = (u16, u8, bool);
 
 struct Line {
     client: Client,
     next_sample: Instant,
-    next_look: Instant,
-    next_seek: Instant,
-    /// Counts the looks.
-    looks: usize,
-    /// Counts the looks for missing servos.
-    seeks: usize,
+    next_state: Instant,
+    next_probe: Instant,
+    /// Counts the reads of a state.
+    states: usize,
+    /// Counts the probes of missing servos.
+    probes: usize,
+    /// Servos that refuse to be stopped, which is logged once.
+    refusing: BTreeSet<u8>,
 }
 
 impl Line {
@@ -106,10 +123,11 @@ impl Line {
         Self {
             client,
             next_sample: now,
-            next_look: now,
-            next_seek: now,
-            looks: 0,
-            seeks: 0,
+            next_state: now,
+            next_probe: now,
+            states: 0,
+            probes: 0,
+            refusing: BTreeSet::new(),
         }
     }
 
@@ -133,23 +151,24 @@ impl Line {
             self.next_sample = now + PERIOD;
             self.sample(core)?;
         }
-        if let Some(id) = servos.sought() {
-            self.seek(core, id)?;
-            servos.has_sought(id);
+        // A scan takes seconds, in which the state may change.
+        if now >= self.next_state {
+            self.next_state = now + STATE;
+            self.read_state(core)?;
+        } else if let Some(id) = servos.next_probe() {
+            self.probe(core, id)?;
+            servos.has_probed(id);
             core.pages.tell_all(&json!({
                 "event": "progress", "task": 0, "what": "IDs", "done": id, "of": IDS.end(),
-                "ended": servos.sought().is_none(),
+                "ended": servos.next_probe().is_none(),
             }));
-        } else if now >= self.next_seek {
-            self.next_seek = now + SEEK;
+        } else if now >= self.next_probe {
+            self.next_probe = now + PROBE;
             let missing = numbers(core, |node| node.is_lost);
             if !missing.is_empty() {
-                self.seeks += 1;
-                self.seek(core, missing[self.seeks % missing.len()])?;
+                self.probes += 1;
+                self.probe(core, missing[self.probes % missing.len()])?;
             }
-        } else if now >= self.next_look {
-            self.next_look = now + LOOK;
-            self.look(core)?;
         }
         Ok(())
     }
@@ -180,11 +199,15 @@ impl Line {
                     missed(core, number);
                     continue;
                 }
+                // Again: it may have been noise.
                 Err(error) => {
-                    core.log("fault", Some(number), &format!("is not stopped: {error}"));
-                    false
+                    if self.refusing.insert(number) {
+                        core.log("fault", Some(number), &format!("is not stopped: {error}"));
+                    }
+                    continue;
                 }
             };
+            self.refusing.remove(&number);
             core.with_node(number, |node| {
                 (node.is_stopping, node.enabled_by) = (false, None);
                 if let Some(servo) = &mut node.servo {
@@ -200,15 +223,21 @@ impl Line {
     fn halt(&mut self, device: Device, is_watched: bool) -> Result<bool, ServoError> {
         let client = &mut self.client;
         // A goal would turn the torque of an STS on.
-        let is_off = device.read(client, "torque_enable")? == 0;
-        if is_watched {
-            // One that has expired refuses goals.
+        if !device.is_driven(client)? {
+            return Ok(true);
+        }
+        let mut halted = device.halt(client);
+        if is_watched && matches!(halted, Err(ServoError::Refused { .. })) {
+            // Behind an expired bus watchdog, which has stopped it, a Dynamixel refuses goals.
             device.write(client, "bus_watchdog", 0)?;
+            halted = device.halt(client);
         }
-        if !is_off {
-            device.halt(client)?;
+        unless_silent(client, device, halted)?;
+        if is_watched {
+            let written = device.write(client, "bus_watchdog", 0);
+            unless_silent(client, device, written)?;
         }
-        Ok(is_off)
+        Ok(false)
     }
 
     /// A sample of all servos.
@@ -248,8 +277,8 @@ impl Line {
         Ok(())
     }
 
-    /// Looks whether there is a servo with this ID that is not known, or missing.
-    fn seek(&mut self, core: &Core, id: u8) -> Result<(), ServoError> {
+    /// Attaches a servo with this ID that is not known, or missing, if there is one.
+    fn probe(&mut self, core: &Core, id: u8) -> Result<(), ServoError> {
         let is_there = core.with(|state| state.nodes.get(&id).is_some_and(|node| !node.is_lost));
         if is_there {
             return Ok(());
@@ -265,16 +294,16 @@ impl Line {
     }
 
     /// Reads the torque or the errors of the next servo.
-    fn look(&mut self, core: &Core) -> Result<(), ServoError> {
+    fn read_state(&mut self, core: &Core) -> Result<(), ServoError> {
         let present = numbers(core, |node| !node.is_lost && node.servo.is_some());
         if present.is_empty() {
             return Ok(());
         }
-        self.looks += 1;
-        let number = present[self.looks / 2 % present.len()];
+        self.states += 1;
+        let number = present[self.states / 2 % present.len()];
         let device = core.with(|state| Some(state.nodes.get(&number)?.servo.as_ref()?.device));
         let Some(device) = device else { return Ok(()) };
-        let is_torque = self.looks.is_multiple_of(2);
+        let is_torque = self.states.is_multiple_of(2);
         let name = match is_torque {
             true => "torque_enable",
             false => device.error_register()?.name,
@@ -282,7 +311,7 @@ impl Line {
         let Some(value) = answer(device.read(&mut self.client, name))? else {
             return Ok(());
         };
-        let (change, is_watched) = core.with(|state| look_at(state, number, is_torque, value));
+        let (change, is_watched) = core.with(|state| take_state(state, number, is_torque, value));
         if is_watched && answer(device.write(&mut self.client, "bus_watchdog", 0))?.is_some() {
             let off = |node: &mut Node| node.servo.iter_mut().for_each(|it| it.is_watched = false);
             core.with_node(number, off);

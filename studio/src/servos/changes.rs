@@ -1,6 +1,6 @@
-//! What the thread of the bus notes of a servo.
+//! Changes of the state of a servo that the thread of the bus detects.
 
-use host_sim::servo_bus::client::{Client, Device, ServoError};
+use host_sim::servo_bus::client::{Client, Device, ServoError, TORQUE_ON};
 use servo_bus::Table;
 
 use super::Servo;
@@ -55,9 +55,9 @@ pub fn missed(core: &Core, number: u8) {
     }
 }
 
-/// Notes the torque or the errors of a servo; returns the change in words, and whether its bus
+/// Takes the torque or the errors of a servo; returns the change in words, and whether its bus
 /// watchdog is on without need.
-pub fn look_at(
+pub fn take_state(
     state: &mut State,
     number: u8,
     is_torque: bool,
@@ -74,7 +74,7 @@ pub fn look_at(
     };
     let mut change = None;
     if is_torque {
-        let is_on = value != 0;
+        let is_on = value == TORQUE_ON;
         if std::mem::replace(&mut servo.is_torque_on, is_on) != is_on {
             let text = if is_on { "torque on" } else { "torque off" };
             change = Some(("info", text.to_owned()));
@@ -105,7 +105,7 @@ pub fn take(state: &mut State, number: u8, at_s: f64, bytes: &[u8]) {
     }
 }
 
-/// Takes a servo up that has answered, or what was written to one.
+/// Reads a servo that has answered, or that was written to, and adds it to those that are known.
 ///
 /// # Errors
 /// Those of the bus.

@@ -1,8 +1,8 @@
 //! A bus of servos in place of a CAN bus.
 //!
-//! One thread has the line, as its packets are requests with answers: it ends motions, does the
-//! work that pages request, samples all servos, and looks for those that are missing, in this
-//! order. Nothing of it takes longer than a few answers, so that a stop waits for no scan.
+//! One thread owns the port, as packets are requests with answers: it ends motions, carries out the
+//! requests of pages, samples all servos, and probes those that are missing, in this order. Nothing
+//! of it takes longer than a few answers, so that a stop waits for no scan.
 
 mod bus;
 mod changes;
@@ -29,19 +29,19 @@ pub const GAP_S: f64 = 0.15;
 /// Work with the line; the reason where there is none.
 pub type Job = Box<dyn FnOnce(Result<&mut Client, String>) + Send>;
 
-/// The way to the thread of the bus.
+/// Requests to the thread of the bus.
 pub struct Servos {
     jobs: SyncSender<Job>,
-    /// The ID that the scan looks for next; behind the last one without a scan.
+    /// The ID that the scan probes next; behind the last one without a scan.
     next_id: AtomicU8,
 }
 
 impl Servos {
-    /// The way, and its end for the thread, which begins with a scan.
+    /// The sender of requests, and the receiver for the thread, which begins with a scan.
     pub fn new() -> (Self, Receiver<Job>) {
-        let (jobs, ends) = mpsc::sync_channel(JOBS);
+        let (jobs, receiver) = mpsc::sync_channel(JOBS);
         let next_id = AtomicU8::new(*IDS.start());
-        (Self { jobs, next_id }, ends)
+        (Self { jobs, next_id }, receiver)
     }
 
     /// Requests work.
@@ -65,13 +65,13 @@ impl Servos {
         self.next_id.store(IDS.end() + 1, Relaxed);
     }
 
-    /// The ID that is to be looked for.
-    fn sought(&self) -> Option<u8> {
+    /// The ID that is to be probed.
+    fn next_probe(&self) -> Option<u8> {
         Some(self.next_id.load(Relaxed)).filter(|id| IDS.contains(id))
     }
 
-    /// This ID has been looked for, unless the scan has begun anew or ended meanwhile.
-    fn has_sought(&self, id: u8) {
+    /// This ID has been probed, unless the scan has begun anew or ended meanwhile.
+    fn has_probed(&self, id: u8) {
         let _ = (self.next_id).compare_exchange(id, id + 1, Relaxed, Relaxed);
     }
 }

@@ -16,7 +16,7 @@ pub struct Servo {
     pub device: Device,
     /// What a sample reads.
     pub columns: Columns,
-    /// Whether its torque is on.
+    /// Whether its motor is driven.
     pub is_torque_on: bool,
     /// Bits of its errors.
     pub errors: i32,
@@ -43,7 +43,7 @@ impl Servo {
         Ok(Self {
             device,
             columns: Columns::of(device.table, wanted),
-            is_torque_on: device.read(client, "torque_enable")? != 0,
+            is_torque_on: device.is_driven(client)?,
             errors: device.read(client, device.error_register()?.name)?,
             limits,
             is_watched: false,

@@ -88,7 +88,7 @@ impl CommTask {
         ),
     ) -> bool {
         let outputs = self.reader.take(telemetry);
-        let is_first = outputs.is_some();
+        let has_outputs = outputs.is_some();
         if let Some(outputs) = outputs {
             self.device.observe(outputs);
             self.update_diagnostics();
@@ -112,8 +112,8 @@ impl CommTask {
             self.identity = identity;
             self.accepted_ids = AcceptedIds::of(self.device);
         }
-        // In every control period: it restores a register that has changed.
-        if is_changed || is_first {
+        // With the outputs of each control period: it restores a register that has changed.
+        if is_changed || has_outputs {
             self.acceptance.set(&self.accepted_ids);
         }
         self.poster.post(&self.device.drive.messages, mailboxes);

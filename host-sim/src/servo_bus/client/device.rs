@@ -7,6 +7,9 @@ use super::{Client, ServoError};
 /// The most bytes of a read of several registers: as many as a sample of an STS, about.
 const MOST_BYTES: u16 = 32;
 
+/// `torque_enable` of a servo whose motor is driven; a Feetech with 2 is braked.
+pub const TORQUE_ON: i32 = 1;
+
 /// A servo and its control table.
 #[derive(Debug, Clone, Copy)]
 pub struct Device {
@@ -98,6 +101,35 @@ impl Device {
         })
     }
 
+    /// Whether its motor is driven.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn is_driven(&self, client: &mut Client) -> Result<bool, ServoError> {
+        Ok(self.read(client, "torque_enable")? == TORQUE_ON)
+    }
+
+    /// Checks that it answers writes.
+    ///
+    /// # Errors
+    /// For a level of answers at which it does not; as [`Self::read`].
+    pub fn require_answers(&self, client: &mut Client) -> Result<(), ServoError> {
+        let (name, expected) = match self.is_dynamixel() {
+            true => ("status_return_level", 2),
+            false => ("response_level", 1),
+        };
+        let (id, level) = (self.id, self.read(client, name)?);
+        if level == expected {
+            return Ok(());
+        }
+        Err(ServoError::Silent {
+            id,
+            name,
+            level,
+            expected,
+        })
+    }
+
     /// The operating mode; an SCS0009 only has that of the position.
     ///
     /// # Errors
@@ -163,7 +195,7 @@ impl Device {
             (_, 1) => self.write(client, "goal_velocity", 0),
             (false, 2) => self.write(client, "goal_time", 0),
             (false, 3) => {
-                // An increment is added to the goal, and the position is the way that is left.
+                // An increment is added to the goal, and the position is what is left of it.
                 let left = self.read(client, "present_position")?;
                 self.write(client, "goal_position", -left)
             }

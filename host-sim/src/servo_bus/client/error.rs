@@ -53,6 +53,18 @@ pub enum ServoError {
         /// The modes that have one.
         expected: &'static str,
     },
+    /// It does not answer writes.
+    #[error("servo {id} has {name} {level}, expected {expected}: it does not answer writes")]
+    Silent {
+        /// The servo.
+        id: u8,
+        /// The register.
+        name: &'static str,
+        /// Its value.
+        level: i32,
+        /// That with which it does.
+        expected: i32,
+    },
     /// A register that only the servo writes.
     #[error("{0} is read only")]
     ReadOnly(&'static str),

@@ -1,7 +1,7 @@
 //! Bytes and packets.
 
 use std::io::{self, ErrorKind, Read, Write};
-use std::net::TcpStream;
+use std::net::{TcpStream, ToSocketAddrs as _};
 use std::time::Duration;
 
 use serial2::SerialPort;
@@ -105,7 +105,7 @@ pub(super) fn open(port: &str, bit_s: u32) -> io::Result<Box<dyn Line>> {
     // Short, as the time for an answer is looked at between two reads.
     let timeout = Duration::from_millis(10);
     if is_address {
-        let stream = TcpStream::connect(port)?;
+        let stream = connect(port)?;
         stream.set_nodelay(true)?;
         stream.set_read_timeout(Some(timeout))?;
         return Ok(Box::new(stream));
@@ -113,4 +113,19 @@ pub(super) fn open(port: &str, bit_s: u32) -> io::Result<Box<dyn Line>> {
     let mut line = SerialPort::open(port, bit_s)?;
     line.set_read_timeout(timeout)?;
     Ok(Box::new(line))
+}
+
+/// Longest time for a connection: a computer that is off does not answer.
+const CONNECTED: Duration = Duration::from_secs(1);
+
+/// Connects to the first of the addresses of a name that answers.
+fn connect(name: &str) -> io::Result<TcpStream> {
+    let mut refused = ErrorKind::AddrNotAvailable.into();
+    for address in name.to_socket_addrs()? {
+        match TcpStream::connect_timeout(&address, CONNECTED) {
+            Ok(stream) => return Ok(stream),
+            Err(error) => refused = error,
+        }
+    }
+    Err(refused)
 }

@@ -15,7 +15,7 @@ const WHEEL_P: f64 = 1e-5;
 const WHEEL_I: f64 = 1e-3;
 
 impl Sts {
-    /// Limits of the way to a goal.
+    /// Limits of the trajectory to a goal.
     fn limits(&self) -> Limits {
         let profile = Control::profile(&self.server.memory);
         Limits {
