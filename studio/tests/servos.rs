@@ -255,6 +255,8 @@ fn the_loss_of_a_page_and_the_end_of_the_server_stop_what_was_moved() {
 fn a_servo_that_vanishes_is_missing_and_is_stopped_when_it_returns() {
     let mut bench = Bench::start("sts", "sts3215", 3);
     let mut page = bench.page(3);
+    // A missing servo is probed behind it.
+    page.until("the end of the scan", |page| page.ended_task == Some(0));
     bench.begin(3, &mut page);
     let fault = |bench: &Bench, is_absent| {
         let fault = Fault::Of(3, OfServo::Absent(is_absent));
@@ -311,6 +313,27 @@ fn a_stop_ends_the_motion_of_another_program_and_of_a_servo_that_does_not_answer
         }
         page.ask("stop", json!({})).expect("every page may");
         bench.is_halted(1, "a stop", AT_REST);
+    }
+}
+
+#[test]
+fn a_stop_refuses_what_was_requested_before_it() {
+    let bench = Bench::start("sts", "sts3215", 1);
+    // During the scan a request waits for the answer of an ID.
+    let mut page = bench.page(1);
+    for number in 0..5 {
+        page.send(&json!({ "do": "enable", "node": 1, "id": 1000 + number }));
+        page.ask("stop", json!({})).expect("every page may");
+        let count = page.samples.get(&1).map_or(0, |(count, _)| *count);
+        page.until("samples behind both", |page| {
+            page.samples
+                .get(&1)
+                .is_some_and(|(now, _)| *now > count + 10)
+        });
+        page.until("the end of the stop", |page| {
+            node(page, 1)["is_stopping"] == false
+        });
+        assert_eq!(node(&page, 1)["is_enabled"], false);
     }
 }
 

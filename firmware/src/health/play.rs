@@ -210,8 +210,8 @@ mod tests {
     fn the_angle_that_the_motor_turns_alone_is_the_play_whatever_the_offset() {
         for (play_mdeg, offset_mv) in [(0, 0), (200, 0), (1_000, 0), (1_000, 80), (3_000, -80)] {
             let found = moved(play_mdeg, offset_mv, |_| 50).mdeg();
-            // The offset is 8 % of the back-EMF in the slow 4 deg, and 4 % behind them. In the other
-            // direction its effect has the other sign: 4 % of 4 % of 4 deg are left, 6 mdeg.
+            // The offset is 8 % of the back-EMF in the slow 4 deg, and 4 % behind them. In the
+            // other direction its effect has the other sign: 4 % of 4 % of 4 deg are left, 6 mdeg.
             let off = found.expect("eight motions each way") - play_mdeg;
             assert!(off.abs() <= 10, "{play_mdeg}, {offset_mv}: {found:?}");
         }
