@@ -281,6 +281,7 @@ impl Application {
             self.velocity.reset();
         }
         self.control.observe(&parameters.control, measured.count);
+        self.control.correct(settings.encoder);
         let angle = measured.count.map(|_| self.control.angle());
         self.velocity.step(angle, samples.missed_periods);
         let setpoint = self.setpoints.next(

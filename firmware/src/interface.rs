@@ -5,6 +5,7 @@ use canopen::cia402::{Cia402State, Mode};
 use model_core::{
     control::{
         cascade::{ActiveLimits, Setpoint},
+        encoder_correction::EncoderCorrection,
         encoder_word::{EncoderWord, Magnet},
         pwm_timer::PwmCompare,
         units::{Angle, Percent, Rate},
@@ -89,6 +90,8 @@ pub struct Settings<'a> {
     pub limits: &'a MotorLimits,
     /// When a shaft rests.
     pub dead_band: &'a DeadBandSettings,
+    /// The error of the encoder.
+    pub encoder: &'a EncoderCorrection,
 }
 
 /// State of the CAN controller (ISO 11898-1, fault confinement).

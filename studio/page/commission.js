@@ -66,7 +66,7 @@ const show = host => {
   put(host, h('div', { class: 'cards two' },
     h('div', { class: 'column' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Commissioning'), h('div', { class: 'row' }, end, begin)), why,
-        h('p', { class: 'soft' }, 'The shaft moves by itself for up to three minutes. Pulses of growing torque check the wiring and give the resistance, runs at constant rate the torque constant and friction, excitations inertia and delay. Gains follow, which motions verify, and the baseline of the health. Space stops it; then nothing is changed.'),
+        h('p', { class: 'soft' }, 'The shaft moves by itself for up to three minutes. Pulses of growing torque check the wiring and give the resistance, runs over a turn, if the range has one, the error of the encoder, runs at constant rate the torque constant and friction, excitations inertia and delay. Gains follow, which motions verify, and the baseline of the health. Space stops it; then nothing is changed.'),
         h('div', { class: 'fields' }, row(low, 'Lowest angle', unitOf), row(high, 'Highest angle', unitOf), row(current, 'Current', '% of rated', 'Highest current of the pulses, % of the rated current 6075h'), row(rate, 'Rate', 'deg/s', 'Highest rate of the runs')),
         h('p', {}, h('label', {}, stops, ' Find the stops instead, at half of the current')),
         h('p', {}, h('label', {}, save, ' Save range, motor, gains and baseline of the health when all steps have succeeded'))),
@@ -116,8 +116,8 @@ const show = host => {
     if (last?.node !== node || !answer) return put(result);
     if (answer.error) return put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Not commissioned')), h('p', { class: 'note bad', role: 'alert' }, answer.error)));
     const { findings, objects, saved } = answer, all = rowsOf(findings).sort((a, b) => rank(a) - rank(b)), contradictions = findings.dynamics?.contradictions ?? [];
-    const { tuning, baseline } = findings;
-    const refused = [...tuning?.disagreements.map(why => `The gains are not written: ${why}`) ?? [], ...tuning?.without_forward ? [`The feed-forward is not written: ${tuning.without_forward}`] : [], ...baseline?.without_baseline ? [`The baseline of the health is not written: ${baseline.without_baseline}`] : []];
+    const { tuning, baseline, encoder } = findings;
+    const refused = [...encoder?.without_error ? [`The error of the encoder is not written: ${encoder.without_error}`] : [], ...tuning?.disagreements.map(why => `The gains are not written: ${why}`) ?? [], ...tuning?.without_forward ? [`The feed-forward is not written: ${tuning.without_forward}`] : [], ...baseline?.without_baseline ? [`The baseline of the health is not written: ${baseline.without_baseline}`] : []];
     const [from, to] = findings.range_mdeg.map(mdeg => short(mdeg / 1000));
     put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `Actuator ${node}, from ${from} to ${to} deg`), saved ? badge('written and saved', 'good') : badge('not written', 'warn')),
       table(['Quantity', { name: 'Value', number: true }, { name: 'Standard error', number: true }, 'Unit'], h('tbody', {}, all.map(({ name, value, error, unit }) => h('tr', {}, h('td', {}, name), h('td', { class: 'number' }, short(value)), h('td', { class: 'number' }, error == null ? '' : short(+error.toPrecision(2))), h('td', { class: 'unit' }, unit))))),

@@ -12,7 +12,7 @@ use crate::{
 const SOURCE: &str = include_str!("../../../firmware/object-dictionary.csv");
 
 /// The groups of stored fields: path, type and content.
-const GROUPS: [Group; 23] = [
+const GROUPS: [Group; 24] = [
     Group::new(
         StorageLocation::Parameters,
         "command",
@@ -120,6 +120,12 @@ const GROUPS: [Group; 23] = [
         "tracking",
         "TrackingSettings",
         "Feed-forward, and the dead band at rest.",
+    ),
+    Group::new(
+        StorageLocation::Values,
+        "encoder",
+        "EncoderSettings",
+        "The error of the encoder.",
     ),
     Group::new(
         StorageLocation::Values,

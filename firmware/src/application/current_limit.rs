@@ -239,6 +239,7 @@ fn of_supply(supply_ma: i32, resistance_ohm: f32, (back_emf_mv, supply_mv): (i32
 
 #[cfg(test)]
 mod tests {
+    use model_core::control::encoder_correction::EncoderCorrection;
     use proptest::prelude::*;
 
     use super::*;
@@ -252,6 +253,7 @@ mod tests {
             motor: &MotorConstants::of(&model),
             limits: &MotorLimits::of(&LimitSettings::DEFAULT, &board, &model),
             dead_band: &DeadBandSettings::default(),
+            encoder: &EncoderCorrection::NONE,
         };
         let mut limit = CurrentLimit::default();
         let mut after = |supply_mv, mean_ma: i32| {

@@ -1,6 +1,7 @@
 //! The parameters of the control loop, as one message.
 
 use canopen::cia402::Parameters as AxisParameters;
+use model_core::control::encoder_correction::{EncoderCorrection, EncoderHarmonics};
 
 use super::{
     axis_parameters::{Polarity, axis_parameters},
@@ -35,6 +36,8 @@ pub struct LoopParameters {
     pub forward: ForwardGains,
     /// The dead band at rest.
     pub dead_band: DeadBandSettings,
+    /// The error of the encoder.
+    pub encoder: EncoderCorrection,
 }
 
 impl LoopParameters {
@@ -55,6 +58,7 @@ impl LoopParameters {
             limits: MotorLimits::of(&values.limits, board, &values.model),
             forward: ForwardGains::of(values),
             dead_band: dead_band(values),
+            encoder: encoder(values),
         }
     }
 
@@ -65,11 +69,12 @@ impl LoopParameters {
             motor: &self.motor,
             limits: &self.limits,
             dead_band: &self.dead_band,
+            encoder: &self.encoder,
         }
     }
 
     /// Takes over the values of objects: profile, reaction to the loss of the master, limits of
-    /// torque and current, and motor.
+    /// torque and current, motor, and encoder.
     pub(crate) fn set_values(&mut self, values: &ObjectValues) {
         self.axis = axis_parameters(values, &self.board);
         self.failsafe = failsafe(values);
@@ -77,6 +82,7 @@ impl LoopParameters {
         self.motor = MotorConstants::of(&values.model);
         self.forward = ForwardGains::of(values);
         self.dead_band = dead_band(values);
+        self.encoder = encoder(values);
     }
 }
 
@@ -85,6 +91,14 @@ fn dead_band(values: &ObjectValues) -> DeadBandSettings {
     let amperes = model.coulomb_friction_nm / (model.torque_constant_nm_a * model.gear_ratio);
     let friction_mv = (1e3 * model.resistance_ohm * amperes).clamp(0.0, 33_000.0);
     DeadBandSettings::new(values.tracking.dead_band_mdeg, friction_mv as i32)
+}
+
+fn encoder(values: &ObjectValues) -> EncoderCorrection {
+    let encoder = &values.encoder;
+    EncoderCorrection::new(&EncoderHarmonics {
+        first_mdeg: (encoder.cosine_once_mdeg, encoder.sine_once_mdeg),
+        second_mdeg: (encoder.cosine_twice_mdeg, encoder.sine_twice_mdeg),
+    })
 }
 
 /// The reaction to the loss of the master, with the position as the axis counts it.

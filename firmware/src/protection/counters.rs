@@ -106,6 +106,7 @@ mod tests {
         },
     };
     use model_core::control::{
+        encoder_correction::EncoderCorrection,
         encoder_word::{EncoderWord, Magnet},
         pwm_timer::PwmCompare,
         shaft_tracker::ShaftTracker,
@@ -146,6 +147,7 @@ mod tests {
                 &ModelSettings::DEFAULT,
             ),
             dead_band: &DeadBandSettings::default(),
+            encoder: &EncoderCorrection::NONE,
         };
         let mut protection = Protection::new();
         if let Some(samples) = samples {

@@ -86,6 +86,8 @@ fn at_most(deg_c: f32, end: f32) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use model_core::control::encoder_correction::EncoderCorrection;
+
     use super::*;
     use crate::{
         application::{DeadBandSettings, MotorLimits},
@@ -110,6 +112,7 @@ mod tests {
             motor: &MotorConstants::of(&MODEL),
             limits: &MotorLimits::of(&LimitSettings::DEFAULT, &parameters, &MODEL),
             dead_band: &DeadBandSettings::default(),
+            encoder: &EncoderCorrection::NONE,
         };
         let measured = Measured {
             current: Some(PeriodCurrent {

@@ -1,9 +1,10 @@
 //! Commissioning of an actuator over its bus: its wiring is checked at limited current; pulses give
-//! the resistance, runs at constant rate torque constant and friction, excitations inertia and
-//! delay; gains follow, and the baseline of the health. Nothing is saved before all steps have
+//! the resistance, runs over a turn the error of the encoder, runs at constant rate torque constant
+//! and friction, excitations inertia and delay; gains follow, and the baseline of the health. Nothing is saved before all steps have
 //! succeeded.
 
 mod baseline;
+mod encoder;
 mod excite;
 mod friction;
 mod inertia;
@@ -28,6 +29,7 @@ use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 
 pub use baseline::{Baseline, baseline};
+pub use encoder::{EncoderError, ErrorPoint, Harmonics};
 pub use friction::{Direction, Friction};
 pub use inertia::{Contradiction, Dynamics, Parameter};
 pub use page::page;
@@ -83,6 +85,8 @@ pub struct Findings {
     pub resistance_ohm: Estimate,
     /// Inductance of the winding, H.
     pub inductance_h: f64,
+    /// The error of the encoder.
+    pub encoder: EncoderError,
     /// Torque constant of the motor by the gear ratio 2011h:3, Nm/A.
     pub torque_constant_nm_a: Estimate,
     /// Back-EMF by rate of the output, V s/rad.
@@ -116,6 +120,7 @@ impl Findings {
             ("2011:1", self.resistance_ohm.value),
             ("2011:2", self.torque_constant_nm_a.value),
         ];
+        objects.extend(self.encoder.objects());
         if agrees(Parameter::Inertia) {
             objects.push(("2011:4", self.dynamics.inertia_kg_m2.value));
         }
@@ -217,6 +222,7 @@ fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionErr
         Some(range_mdeg) => range_mdeg,
         None => stops::find(client, limits)?,
     };
+    let encoder = encoder::measure(client, range_mdeg, limits, &board)?;
     let runs = runs::measure(client, (range_mdeg, limits.rate_mdeg_s), &board)?;
     resistance::check(&cold, &runs.runs)?;
     let constant = runs.back_emf_per_rate()?;
@@ -229,6 +235,7 @@ fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionErr
         range_mdeg,
         resistance_ohm: cold.resistance_ohm,
         inductance_h: cold.winding.inductance_h,
+        encoder,
         torque_constant_nm_a: constant.over(ratio),
         back_emf_v_s: constant,
         constant_rates: runs.runs.iter().map(|run| run.mean).collect(),
@@ -287,5 +294,9 @@ fn record(
     client.write("2030:1", "1")?;
     let moved = motion(client);
     client.write("2030:1", "0")?;
-    Ok((Capture::upload(client)?, moved))
+    match (Capture::upload(client), moved) {
+        (Ok(capture), moved) => Ok((capture, moved)),
+        // A motion that fails at once leaves no record.
+        (Err(_), Err(error)) | (Err(error), Ok(())) => Err(error),
+    }
 }

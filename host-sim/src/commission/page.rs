@@ -2,7 +2,7 @@
 //! what is written, and the loop as predicted and as measured.
 
 use super::tuning::{Line, Proposal};
-use super::{Estimate, Findings};
+use super::{EncoderError, Estimate, Findings, Harmonics};
 use crate::can::names;
 use crate::page::{Block, Page, Section};
 use crate::plot::{Figure, Panel, Series, Style};
@@ -21,13 +21,24 @@ const LOOP: &str = "A multisine in the closed loop, with the gains in force. Mar
     the identified motor (predicted), the least ones of all motors within three standard errors, \
     and those of the motor as the sweep shows it.";
 
+/// Names of the parts of the encoder's error.
+const HARMONICS: [&str; 4] = [
+    "encoder once a turn, cosine",
+    "encoder once a turn, sine",
+    "encoder twice a turn, cosine",
+    "encoder twice a turn, sine",
+];
+
+const ENCODER: &str = "The angle by the encoder less that by the integral of the back-EMF, in means \
+    over 5 deg of the turn, and the error once and twice a turn, which object 2014h corrects.";
+
 impl Findings {
     /// Each measured quantity with its unit, the step that measures it, and its value.
-    pub fn estimates(&self) -> [(&'static str, &'static str, &'static str, Estimate); 8] {
+    pub fn estimates(&self) -> Vec<(&'static str, &'static str, &'static str, Estimate)> {
         let (upward, downward) = (&self.friction.upward, &self.friction.downward);
         let dynamics = &self.dynamics;
         let runs = "runs at constant rate";
-        [
+        let mut estimates = vec![
             ("resistance", "ohm", "pulses", self.resistance_ohm),
             ("torque constant", "Nm/A", runs, self.torque_constant_nm_a),
             ("friction upward", "Nm", runs, upward.coulomb_nm),
@@ -36,7 +47,12 @@ impl Findings {
             ("viscous downward", "Nm s/rad", runs, downward.viscous_nm_s),
             ("inertia", "kg m^2", "chirp", dynamics.inertia_kg_m2),
             ("delay", "s", "chirp", dynamics.delay_s),
-        ]
+        ];
+        let harmonics = self.encoder.harmonics.iter().flat_map(Harmonics::all);
+        let harmonics = HARMONICS.into_iter().zip(harmonics);
+        let of_turn = "runs over a turn";
+        estimates.extend(harmonics.map(|(name, harmonic)| (name, "deg", of_turn, harmonic)));
+        estimates
     }
 
     /// What is not written, and why.
@@ -52,6 +68,9 @@ impl Findings {
             let forward = tuning.without_forward.iter();
             doubts.extend(forward.map(|why| format!("Feed-forward is not written: {why}.")));
         }
+        let encoder = self.encoder.without_error.iter();
+        doubts
+            .extend(encoder.map(|why| format!("The error of the encoder is not written: {why}.")));
         let baseline = self.baseline.iter();
         let without = baseline.filter_map(|baseline| baseline.without_baseline.as_ref());
         doubts.extend(without.map(|why| format!("The baseline is not written: {why}.")));
@@ -65,6 +84,7 @@ pub fn page(findings: &Findings, origin: &str, is_written: bool) -> Page {
         at_a_glance(findings, origin, is_written),
         constant(findings),
     ];
+    sections.extend((!findings.encoder.points.is_empty()).then(|| encoder(&findings.encoder)));
     let proposal = findings.tuning.as_ref().and_then(|it| it.proposal.as_ref());
     sections.extend(proposal.map(closed_loop));
     Page {
@@ -149,6 +169,21 @@ fn constant(findings: &Findings) -> Section {
         .panel(panel)
         .panel(residuals);
     Section::new("Torque constant", [CONSTANT.into(), figure.into()])
+}
+
+/// The error of the encoder over the turn.
+fn encoder(error: &EncoderError) -> Section {
+    let (at, measured): (Vec<_>, Vec<_>) = error
+        .points
+        .iter()
+        .map(|point| (point.angle_deg, point.error_deg))
+        .unzip();
+    let fitted: Vec<f64> = at.iter().map(|at| error.at_deg(*at)).collect();
+    let panel = Panel::new("error (deg)")
+        .series(Series::new("once and twice a turn", 2, &at, &fitted))
+        .series(Series::new("measured", 1, &at, &measured).style(Style::Points));
+    let figure = Figure::new("Error of the encoder", "angle (deg)").panel(panel);
+    Section::new("Encoder", [ENCODER.into(), figure.into()])
 }
 
 fn closed_loop(proposal: &Proposal) -> Section {

@@ -116,7 +116,7 @@ pub fn arrive(client: &mut Client, end_mdeg: i32) -> Result<(), ClientError> {
 }
 
 /// The samples in which the command has had this rate for [`SETTLING`] periods.
-fn steady(samples: &[Sample], rate_mdeg_s: i32) -> Option<Run> {
+pub fn constant_rate(samples: &[Sample], rate_mdeg_s: i32) -> Option<&[Sample]> {
     let step_mdeg = (f64::from(rate_mdeg_s) * PERIOD_S) as i32;
     // A command is rounded to 1 mdeg.
     let is_steady = |pair: &[Sample]| {
@@ -126,22 +126,29 @@ fn steady(samples: &[Sample], rate_mdeg_s: i32) -> Option<Run> {
     let first = steady.iter().position(|steady| *steady)? + SETTLING;
     let last = steady.iter().rposition(|steady| *steady)?;
     let samples = samples.get(first..last)?;
-    if samples.len() < LEAST_RECORDS {
-        return None;
-    }
-    let angles = samples.iter().map(|sample| sample.angle_deg.to_radians());
-    // The back-EMF of a straight line through its integral, as the rate is that of the angle: where
-    // the rate still changes, both weigh it alike.
+    (samples.len() >= LEAST_RECORDS).then_some(samples)
+}
+
+/// The integral of the back-EMF since the first sample, V s.
+pub fn flux_v_s(samples: &[Sample]) -> impl Iterator<Item = f64> {
     let mut sum_v = 0.0;
-    let sums = samples.windows(2).map(|pair| {
+    let sums = samples.windows(2).map(move |pair| {
         sum_v += pair[0].back_emf_v.midpoint(pair[1].back_emf_v);
         sum_v * PERIOD_S
     });
-    let flux = std::iter::once(0.0).chain(sums);
+    std::iter::once(0.0).chain(sums)
+}
+
+/// The run of these samples of a recording.
+fn steady(samples: &[Sample], rate_mdeg_s: i32) -> Option<Run> {
+    let samples = constant_rate(samples, rate_mdeg_s)?;
+    let angles = samples.iter().map(|sample| sample.angle_deg.to_radians());
+    // The back-EMF of a straight line through its integral, as the rate is that of the angle: where
+    // the rate still changes, both weigh it alike.
     Some(Run {
         mean: ConstantRate {
             rate_rad_s: slope_in_time(angles)?,
-            back_emf_v: slope_in_time(flux)?,
+            back_emf_v: slope_in_time(flux_v_s(samples))?,
         },
         samples: samples.to_vec(),
     })

@@ -1,6 +1,7 @@
 //! Benches with secret parameters: what is measured of them, refused, and written.
 
 mod bench;
+mod encoder;
 
 use model_core::plant::board::{BoardPlantOptions, Defects};
 use model_core::plant::drivetrain::DrivetrainParameters;

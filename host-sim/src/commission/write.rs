@@ -1,6 +1,7 @@
 //! The last step: range and model are written and saved as one set.
 
 use super::baseline::BASELINE;
+use super::encoder;
 use super::tuning;
 use super::{CommissionError, Findings};
 use crate::can::client::{Client, ClientError};
@@ -28,7 +29,10 @@ impl Kept {
     pub fn of(client: &mut Client) -> Result<Self, ClientError> {
         let range_mdeg = (client.integer("607D:1")?, client.integer("607D:2")?);
         let mut values = Vec::new();
-        let changed = CHANGED.into_iter().chain(tuning::changed());
+        let changed = CHANGED
+            .into_iter()
+            .chain(encoder::OBJECTS)
+            .chain(tuning::changed());
         for object in changed.chain(BASELINE) {
             let value = client.get(names::find(object)?)?;
             values.push((object, value.to_string()));

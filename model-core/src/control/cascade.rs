@@ -2,6 +2,7 @@
 
 use super::{
     arithmetic::Gain,
+    encoder_correction::EncoderCorrection,
     encoder_word::{COUNT_DEG, EncoderCount},
     parameters::ControlParameters,
     position_loop::{PositionLoop, RATE_END, RateCommand},
@@ -229,6 +230,12 @@ impl CascadeState {
             }
             None => self.shaft.miss(1),
         }
+    }
+
+    /// Corrects the angle of the last count: in each control period, after
+    /// [`CascadeState::observe`].
+    pub fn correct(&mut self, correction: &EncoderCorrection) {
+        self.shaft.correct(correction);
     }
 
     /// Counts control periods that did not run: the next difference of counts spans them too.

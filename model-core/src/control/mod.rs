@@ -27,6 +27,7 @@
 
 mod arithmetic;
 pub mod cascade;
+pub mod encoder_correction;
 pub mod encoder_word;
 pub mod lanes;
 pub mod parameters;

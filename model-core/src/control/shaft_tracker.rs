@@ -1,5 +1,5 @@
-//! From encoder counts to the angle of the shaft: direction, zero, turns, and periods without a
-//! valid count.
+//! From encoder counts to the angle of the shaft: direction, zero, turns, the encoder's error, and
+//! periods without a valid count.
 //!
 //! This is the only place that follows the encoder. The protections ask it how far the shaft has
 //! travelled and for how many periods, and the rate estimate divides one by the other.
@@ -7,6 +7,7 @@
 use core::num::NonZeroU16;
 
 use super::{
+    encoder_correction::{CountError, EncoderCorrection},
     encoder_word::{COUNT_DEG, COUNTS_PER_TURN, EncoderCount},
     units::{ANGLE_END, Angle, angle, limit_whole},
 };
@@ -71,6 +72,9 @@ pub struct ShaftTracker {
     last: Option<EncoderCount>,
     /// Control periods without a valid count since then; saturates at 65,535.
     missed: u16,
+    /// The encoder's error at that count.
+    #[cfg_attr(feature = "serde", serde(default))]
+    error: CountError,
 }
 
 impl ShaftTracker {
@@ -81,6 +85,7 @@ impl ShaftTracker {
             counts,
             last: Some(last),
             missed: 0,
+            error: CountError::NONE,
         }
     }
 
@@ -104,6 +109,12 @@ impl ShaftTracker {
         }
     }
 
+    /// Subtracts the encoder's error at the last count from the angle. The motion between two
+    /// counts is that of the encoder.
+    pub fn correct(&mut self, correction: &EncoderCorrection) {
+        self.error = correction.error(self.counts);
+    }
+
     /// Counts control periods without a valid count.
     pub fn miss(&mut self, periods: u16) {
         self.missed = self.missed.saturating_add(periods);
@@ -120,11 +131,12 @@ impl ShaftTracker {
         Some(wrap(i32::from(count.get()) - i32::from(self.last?.get())))
     }
 
-    /// The angle, limited to [`ANGLE_END`].
+    /// The angle less the encoder's error, limited to [`ANGLE_END`].
     #[inline(always)]
     pub fn angle(&self) -> Angle {
-        // |counts| <= 2^31 and COUNT_STEPS < 2^29: the product lies within 2^60.
-        let mut angle = Angle::from_bits(self.counts as i64 * COUNT_STEPS);
+        // |counts| <= 2^31 and COUNT_STEPS < 2^29: the product lies within 2^60, the error of 18
+        // deg within 2^37.
+        let mut angle = Angle::from_bits(self.counts as i64 * COUNT_STEPS) - self.error.angle();
         limit_whole(&mut angle, (ANGLE_END.to_bits() >> 32) as i32);
         angle
     }

@@ -20,6 +20,7 @@ use core::ops::{Deref, DerefMut};
 use model_core::{
     control::{
         cascade::Coefficients,
+        encoder_correction::EncoderCorrection,
         encoder_word::{EncoderCount, EncoderWord, Magnet},
         parameters::ControlParameters,
         units::{Angle, rate},
@@ -132,6 +133,11 @@ impl Motor {
         samples
     }
 
+    /// The angle of the shaft, deg.
+    pub fn angle_deg(&mut self) -> f64 {
+        self.plant.at(20).angle_deg
+    }
+
     /// A PWM period more, as before.
     pub fn drift(&mut self) {
         self.plant.start_period(self.duty_pct);
@@ -182,6 +188,7 @@ impl Configured {
             motor: &self.motor,
             limits: &limits,
             dead_band: &DeadBandSettings::default(),
+            encoder: &EncoderCorrection::NONE,
         };
         *self.application.control_period(settings, samples)
     }

@@ -152,3 +152,26 @@ fn a_motor_that_is_fed_forward_does_not_change_while_it_is_driven() {
         assert_eq!(bench.try_set(0x2011, 3, gears, 4), Ok(()));
     }
 }
+
+/// The bench's encoder shows the angle of the shaft: what is declared as its error moves the shaft.
+#[test]
+fn the_position_is_that_of_the_encoder_less_its_declared_error() {
+    // 1.4 deg at a quarter turn, and twice a turn -0.5 deg of cosine, which is 0 at the zero and 1
+    // deg there.
+    for (sub, mdeg, error_deg) in [(2, 1400, 1.4), (3, -500, 1.0), (1, 1000, -1.0)] {
+        let mut bench = Bench::new();
+        bench.set(0x607D, 2, 100_000, 4);
+        bench.set(0x2014, sub, mdeg as u32, 2);
+        bench.set(0x6060, 0, 1, 1);
+        bench.enable();
+        assert!(bench.try_set(0x2014, sub, 0, 2).is_err(), "locked");
+        bench.set(0x607A, 0, 90_000, 4);
+        bench.control(0x1F);
+        bench.steps(1000);
+        assert!(bench.is_reached());
+        let mdeg = bench.angle_mdeg();
+        assert!((mdeg - 90_000).abs() <= 2 * COUNT_MDEG, "{mdeg}");
+        let shaft_deg = bench.motor.angle_deg();
+        assert!((shaft_deg - 90.0 - error_deg).abs() < 0.2, "{shaft_deg}");
+    }
+}

@@ -1,0 +1,87 @@
+//! The error of the encoder, of benches that turn.
+
+use model_core::plant::board::{BoardPlantOptions, Defects};
+use model_core::sensors::encoder::EncoderParameters;
+use model_core::sensors::noise::Noise;
+
+use super::bench::client_within;
+use super::{LIMITS, secret};
+use crate::commission::{Limits, measure, page};
+
+/// A magnet off its axis by the whole tolerance, in any direction.
+fn eccentric(seed: u64) -> BoardPlantOptions {
+    let mut options = secret(seed);
+    let mut chance = Noise::new(seed, 43);
+    options.drivetrain.gear_train.hard_stop_deg = 30_000.0;
+    let encoder = &mut options.encoder;
+    encoder.misalignment_first_deg = 1.4;
+    encoder.misalignment_second_deg = 0.5;
+    encoder.misalignment_second_phase_deg = chance.gaussian(1e3) % 360.0;
+    options
+}
+
+fn limits_of(half_mdeg: i32) -> Limits {
+    Limits {
+        range_mdeg: Some((-half_mdeg, half_mdeg)),
+        ..LIMITS
+    }
+}
+
+/// The harmonics of the plant's encoder, `a sin(x + p) = a sin p cos x + a cos p sin x`; deg.
+fn truth(options: &BoardPlantOptions) -> [f64; 4] {
+    let EncoderParameters {
+        misalignment_first_deg: first_deg,
+        misalignment_first_phase_deg: first_phase_deg,
+        misalignment_second_deg: second_deg,
+        misalignment_second_phase_deg: second_phase_deg,
+        ..
+    } = options.encoder;
+    let pair = |amplitude: f64, phase_deg: f64| {
+        let (sin, cos) = phase_deg.to_radians().sin_cos();
+        [amplitude * sin, amplitude * cos]
+    };
+    let ([a, b], [c, d]) = (
+        pair(first_deg, first_phase_deg),
+        pair(second_deg, second_phase_deg),
+    );
+    [a, b, c, d]
+}
+
+#[test]
+fn the_error_of_a_magnet_off_its_axis_is_found_within_three_standard_errors() {
+    for seed in 0..12 {
+        // Half of the range, and the largest standard error: on less than a turn the error once a
+        // turn is hardly different from another torque constant.
+        let (half_mdeg, largest_deg) =
+            [(180_000, 0.015), (150_000, 0.044), (220_000, 0.007)][seed as usize % 3];
+        let options = eccentric(seed);
+        let mut client = client_within(&options, Defects::default(), 230.0);
+        let found = measure(&mut client, &limits_of(half_mdeg));
+        let found = found.unwrap_or_else(|error| panic!("bench {seed}: {error}"));
+        let harmonics = found.encoder.harmonics.expect("a range of a turn");
+        for (harmonic, truth) in harmonics.all().iter().zip(truth(&options)) {
+            let z = (harmonic.value - truth) / harmonic.standard_error;
+            let is_right = z.abs() < 3.0 && harmonic.standard_error < largest_deg;
+            assert!(is_right, "bench {seed}: {harmonic:?} for {truth}");
+        }
+        // The other steps have the corrected angle.
+        let relative =
+            found.torque_constant_nm_a.value / options.drivetrain.electrical.torque_constant_nm_a;
+        assert!((relative - 1.0).abs() < 0.0025, "bench {seed}: {relative}");
+        for (object, mdeg) in found.encoder.objects() {
+            assert_eq!(client.integer(object).expect("an object") as f64, mdeg);
+        }
+        let page = page(&found, "an origin", true).render();
+        assert!(page.contains("encoder twice a turn, sine") && page.contains("2014:4"));
+    }
+}
+
+#[test]
+fn the_error_is_left_as_it_is_where_the_range_is_less_than_five_sixths_of_a_turn() {
+    let mut client = client_within(&eccentric(0), Defects::default(), 230.0);
+    client.write("2014:2", "-700").expect("the drive is off");
+    let found = measure(&mut client, &limits_of(149_000)).expect("a good bench");
+    assert_eq!(found.encoder.objects(), []);
+    assert_eq!(found.encoder.without_error, None);
+    assert_eq!(client.integer("2014:2").expect("an object"), -700);
+}
