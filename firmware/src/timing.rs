@@ -85,10 +85,16 @@ pub fn thousandths(value: impl Quantity) -> i32 {
 /// One function for all quantities: on the board it exists once.
 #[inline(never)]
 const fn thousandths_of_bits(bits: i64) -> i32 {
-    // Limited to 2^21 units: times 2^32 and 1000 that is below 2^63, and 2,097,151,000 is an i32.
-    const END: Angle = Angle::from_int(2_097_151);
-    let units = Angle::from_bits(bits).limited(END).to_bits();
-    ((units * 1000 + (1 << 31)) >> 32) as i32
+    // 2^21 units: times 2^32 and 1000 that is below 2^63, and 2,097,151,000 is an i32.
+    const END: i32 = 2_097_151;
+    let whole = (bits >> 32) as i32;
+    if whole >= END {
+        END * 1000
+    } else if whole < -END {
+        -END * 1000
+    } else {
+        ((bits * 1000 + (1 << 31)) >> 32) as i32
+    }
 }
 
 /// The angle that a rate travels in one control period.

@@ -128,7 +128,11 @@ impl Tpdo {
         if window_closed && matches!(parameters.transmission, 0..=240) {
             return None;
         }
-        let length = usize::from(parameters.map.length());
-        Some(Message::new(parameters.id(), self.sample.get(..length)?))
+        Some(Message {
+            id: parameters.id(),
+            remote: false,
+            length: parameters.map.length(),
+            data: self.sample,
+        })
     }
 }

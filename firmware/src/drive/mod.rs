@@ -204,7 +204,7 @@ impl<'a> Drive<'a> {
             .tick
             .wrapping_sub(self.outputs.telemetry.tick);
         let was_enabled = self.is_enabled();
-        self.outputs = *outputs;
+        copy(&mut self.outputs, outputs);
         if was_enabled && !self.is_enabled() {
             // What was left of a motion moves nothing in the next one.
             self.points.clear();
@@ -307,4 +307,11 @@ fn outputs_at_start(parameters: &BoardParameters) -> Outputs {
     let mut outputs = Outputs::default();
     outputs.telemetry.selected_source = CommandSource::of(&parameters.command);
     outputs
+}
+
+/// Copies outputs. Inlined, it would be split around each field that is read behind it, into
+/// unaligned parts.
+#[inline(never)]
+fn copy(to: &mut Outputs, from: &Outputs) {
+    *to = *from;
 }

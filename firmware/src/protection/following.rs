@@ -19,7 +19,7 @@
 //!
 //! [`Fault::FollowingError`]: crate::faults::Fault::FollowingError
 
-use model_core::control::units::{ANGLE_END, Angle, Rate};
+use model_core::control::units::{Angle, Rate};
 
 use super::{Conditions, lasting::Lasting};
 use crate::{parameters::FollowingLimits, timing::angle_of_mdeg};
@@ -60,8 +60,7 @@ fn deviates(limits: &FollowingLimits, c: &Conditions<'_>) -> bool {
     match c.setpoint.angle() {
         Some(command) => {
             let window = angle_of_mdeg(limits.following_window_mdeg);
-            // Both within 2^15 deg.
-            let error = command.limited(ANGLE_END) - c.angle;
+            let error = command.saturating_sub(c.angle);
             let is_off = error > window || error < -window;
             is_off && !turns(error > Angle::ZERO)
         }
