@@ -374,7 +374,7 @@ pub const TABLE: [FaultDescription; 24] = {
             Fault::ProgramCorrupt,
             "program corrupt",
             "the CRC of the program's flash is not that of the program that was built; all of it is checked every \
-             200 ms and at the start",
+             244 ms and at the start",
             Always,
             0x5520,
         ),
