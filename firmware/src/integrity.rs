@@ -10,15 +10,15 @@ use crc::{CRC_32_MPEG_2, Crc, Digest};
 use crate::timing::periods;
 
 /// Control periods in which all of the program's flash is checked once. A change behind the place
-/// of the check is found at the end of the next pass: within 0.492 s, less than the 0.5 s after which
-/// wrong motion is hazardous (`docs/trust.md`).
+/// of the check is found at the end of the next pass: within 0.492 s, less than the 0.5 s after
+/// which wrong motion is hazardous (`docs/trust.md`).
 pub const PROGRAM_CHECK_PERIODS: u16 = periods(244);
 
 /// Words that a computation takes at once: a part of the program has a multiple of it.
 pub const ROUND: usize = 32;
 
 /// The CRC of the STM32's CRC unit (RM0090, chapter 4) in software, by a table of 1 KiB: bit by bit
-/// the check of the whole program every 244 ms would take a tenth of the STM32H743's processor.
+/// the check of the whole program every 244 ms would take 8 % of the STM32H743's processor.
 static SOFTWARE_CRC: Crc<u32> = Crc::<u32>::new(&CRC_32_MPEG_2);
 
 /// CRC of a program: of its words, each with the most significant byte first, as the CRC unit of

@@ -2,7 +2,7 @@
 //!
 //! The rate estimate of the control law is fast and coarse: one count more or less in a period is
 //! 22 deg/s, of which its filter leaves 40 %. What is reported, and what the windows of CiA 402
-//! compare, comes from a loop of second order that tracks the counts of the encoder:
+//! compare, comes from a loop of second order that tracks the corrected angle of the encoder:
 //!
 //! ```text
 //! lead    += rate                       the angle tracked minus the last one measured

@@ -19,14 +19,15 @@ use host_sim::file;
 
 /// Checks the wiring of an actuator, measures its motor, and saves the parameters with the range
 ///
-/// The shaft moves for less than three minutes, and before that to its stops where --range is not
+/// The shaft moves for less than four minutes, and before that to its stops where --range is not
 /// given. Pulses of growing torque show the senses of motor, encoder and current, and give the
-/// resistance; runs at constant rate in both directions within --range give the torque constant by
+/// resistance; within a --range of 300 deg and more, runs over it give the error of the encoder once
+/// and twice a turn; runs at constant rate in both directions within --range give the torque constant by
 /// the gear ratio of 2011h:3, and friction; two excitations give inertia and delay. Gains with
 /// their margins for all motors within the standard errors follow, which a sweep and a step in the
 /// closed loop verify, and the feed-forward 2013h, which moves verify; moves with all this give the
 /// baseline of the health. What is wrong or cannot be identified is refused with exit status 3, and
-/// nothing is written; otherwise 607Dh, 2011h:1, 2, 4, 5 and 6, 60FBh:1, 60F9h:1 to 3, 2013h:1 and
+/// nothing is written; otherwise 607Dh, 2011h:1, 2, 4, 5 and 6, 2014h, 60FBh:1, 60F9h:1 to 3, 2013h:1 and
 /// 2 and 2053h:1 and 2 are written, and all parameters are saved (1010h). A value that a second
 /// measurement contradicts, a viscous friction that is not known from zero, and gains whose loop is
 /// not as predicted are reported and not written.
@@ -152,6 +153,9 @@ fn table(findings: &Findings, is_dry: bool) -> String {
     let _ = writeln!(text, "{:<28}{low:.1} to {high:.1}", "range, deg");
     for contradiction in &dynamics.contradictions {
         let _ = writeln!(text, "contradiction: {}", contradiction.text);
+    }
+    if let Some(why) = &findings.encoder.without_error {
+        let _ = writeln!(text, "encoder error not written: {why}");
     }
     if let Some(tuning) = &findings.tuning {
         write_tuning(&mut text, tuning);

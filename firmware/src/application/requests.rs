@@ -1,6 +1,8 @@
 //! Requests to the application between two control periods.
 
-use model_core::control::{cascade::CascadeStep, units::Rate};
+use model_core::control::{
+    cascade::CascadeStep, encoder_correction::EncoderCorrection, units::Rate,
+};
 
 use super::{
     Application, BoardState, POSITION_WRONG, Refused, Request, back_emf_brake, stopping::Stopping,
@@ -57,6 +59,14 @@ impl Application {
             });
         }
         Ok(())
+    }
+
+    /// Corrects another error of the encoder from now on: the angle changes, the shaft does not
+    /// move.
+    pub(crate) fn correct_encoder(&mut self, correction: &EncoderCorrection) {
+        self.control.correct(correction);
+        self.velocity.reset();
+        self.outputs.telemetry.angle = self.control.angle();
     }
 
     /// Executes a request.

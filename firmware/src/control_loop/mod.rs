@@ -194,11 +194,18 @@ impl Loop {
         if !(self.parameters.forward).may_change(application.state(), &parameters.forward) {
             return false;
         }
+        let corrects_another = parameters.encoder != self.parameters.encoder;
+        if corrects_another && application.state().is_driving() {
+            return false;
+        }
         if parameters.board != *present && application.retune(present, &parameters.board).is_err() {
             return false;
         }
         if !(parameters.motor).has_back_emf_of(&self.parameters.motor) {
             application.forget_constant();
+        }
+        if corrects_another {
+            application.correct_encoder(&parameters.encoder);
         }
         self.parameters = *parameters;
         true

@@ -58,7 +58,7 @@ impl LoopParameters {
             limits: MotorLimits::of(&values.limits, board, &values.model),
             forward: ForwardGains::of(values),
             dead_band: dead_band(values),
-            encoder: encoder(values),
+            encoder: encoder(values, board),
         }
     }
 
@@ -82,7 +82,7 @@ impl LoopParameters {
         self.motor = MotorConstants::of(&values.model);
         self.forward = ForwardGains::of(values);
         self.dead_band = dead_band(values);
-        self.encoder = encoder(values);
+        self.encoder = encoder(values, &self.board);
     }
 }
 
@@ -93,12 +93,13 @@ fn dead_band(values: &ObjectValues) -> DeadBandSettings {
     DeadBandSettings::new(values.tracking.dead_band_mdeg, friction_mv as i32)
 }
 
-fn encoder(values: &ObjectValues) -> EncoderCorrection {
+fn encoder(values: &ObjectValues, board: &BoardParameters) -> EncoderCorrection {
     let encoder = &values.encoder;
-    EncoderCorrection::new(&EncoderHarmonics {
+    let harmonics = EncoderHarmonics {
         first_mdeg: (encoder.cosine_once_mdeg, encoder.sine_once_mdeg),
         second_mdeg: (encoder.cosine_twice_mdeg, encoder.sine_twice_mdeg),
-    })
+    };
+    EncoderCorrection::new(&harmonics, board.control.mounting())
 }
 
 /// The reaction to the loss of the master, with the position as the axis counts it.

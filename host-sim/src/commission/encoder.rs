@@ -1,11 +1,15 @@
 //! The encoder: its error once and twice a turn. In runs over the range at constant rate the
 //! integral of the back-EMF is the angle of the motor, from which that of the encoder deviates.
+//! Angles are those of the encoder: from its count 0, in its direction.
 
 use std::f64::consts::TAU;
 
+use model_core::control::encoder_correction::GREATEST_HARMONIC_MDEG;
+use model_core::control::encoder_word::COUNT_DEG;
+
 use super::regression::{Regression, regression};
 use super::runs::{arrive, constant_rate, flux_v_s};
-use super::samples::{Board, SIGNALS, Sample};
+use super::samples::{Board, SIGNALS, Sample, real};
 use super::write::write_range;
 use super::{CommissionError, Estimate, Limits, PERIOD_S, record};
 use crate::can::client::{Client, ClientError};
@@ -16,28 +20,28 @@ pub const HARMONICS: usize = 4;
 /// The objects of the error.
 pub const OBJECTS: [&str; HARMONICS] = ["2014:1", "2014:2", "2014:3", "2014:4"];
 
-/// Smallest way of a run: on a shorter one the error once a turn is hardly different from another
-/// torque constant. It is curved by `1 - cos 22.5 deg` of its amplitude, 8 %, within 45 deg.
+/// Shortest travel of a run: with it the standard error is that of half a count. On less of a turn
+/// the error once a turn cannot be separated from that of the torque constant.
 const LEAST_SPAN_MDEG: i32 = 270_000;
 
-/// Longest way of a run, which has each angle of a turn in both directions.
+/// Longest travel of a run: each angle of a turn, in both directions.
 const LONGEST_SPAN_MDEG: i32 = 400_000;
 
 /// Pairs of runs, upward and downward.
 const PAIRS: usize = 4;
 
 /// By how much a pair is slower than the one before it, as a share of the greatest rate. The
-/// back-EMF of a rate is between the same two codes of the converter for many degrees: up to half a
-/// code of 4 mV, 0.2 % of 2 V, which is 0.1 deg in a radian. At other rates it is another part of a
-/// code.
+/// back-EMF of a rate is between the same two codes of the converter for many degrees. A code is
+/// 4.8 mV of back-EMF: half of it is 0.12 % of 2 V, which is 0.07 deg in a radian. At another rate
+/// it is another part of a code.
 const SLOWER: f64 = 0.07;
 
 /// Largest standard error of what is stored: half a count, the quantisation of the encoder; deg.
-const LARGEST_DEG: f64 = 0.5 * model_core::control::encoder_word::COUNT_DEG;
+const LARGEST_DEG: f64 = 0.5 * COUNT_DEG;
 
-/// What all runs share, deg: an angle is truncated to mdeg, which is 0.6 mdeg once a turn, and the
-/// codes of the converter, a dozen of them between the least and the greatest rate of a run, leave
-/// 2 mdeg.
+/// What all runs share, deg: an angle is truncated to mdeg, which is 0.6 mdeg once a turn; and of
+/// the codes of the converter, 20 of which are between the least and the greatest back-EMF with a
+/// magnet at its tolerance, 2 mdeg are left.
 const COMMON_DEG: f64 = 0.003;
 
 /// Points of the picture.
@@ -141,7 +145,9 @@ pub fn measure(
     write_range(client, (low.into(), high.into()))?;
     let centre = low.midpoint(high);
     let ends = [centre + span_mdeg / 2, centre - span_mdeg / 2];
+    let mounting = Mounting::of(client)?;
     client.enable(1)?;
+    client.write("6081", &limits.rate_mdeg_s.to_string())?;
     arrive(client, ends[1])?;
     let mut pairs = Vec::new();
     for pair in 0..PAIRS {
@@ -153,7 +159,8 @@ pub fn measure(
             let (capture, moved) = record(client, &SIGNALS, |client| arrive(client, end))?;
             moved?;
             let samples = board.samples(&capture);
-            runs.extend(constant_rate(&samples, rate_mdeg_s).map(Run::of));
+            let run = constant_rate(&samples, rate_mdeg_s);
+            runs.extend(run.map(|samples| Run::of(samples, &mounting)));
         }
         pairs.push(runs);
     }
@@ -170,11 +177,27 @@ pub fn measure(
     Ok(found)
 }
 
+/// How the encoder is mounted: its angle at zero, deg, and its direction, 1 or -1.
+struct Mounting {
+    zero_deg: f64,
+    direction: f64,
+}
+
+impl Mounting {
+    fn of(client: &mut Client) -> Result<Self, CommissionError> {
+        Ok(Self {
+            // A whole count.
+            zero_deg: (real(client, "2010:3")? / COUNT_DEG).round() * COUNT_DEG,
+            direction: real(client, "2010:4")?,
+        })
+    }
+}
+
 /// Integral of the back-EMF, time, and the waves of the error.
 const FACTORS: usize = 2 + HARMONICS;
 
 /// Rounds of the fit: the waves are those of the shaft, which is where the last round has found it.
-/// Each makes the error of the angle smaller by the slope of the error, 0.03.
+/// Each makes the error of the angle smaller by the slope of the error, 0.04.
 const ROUNDS: usize = 4;
 
 /// A run.
@@ -189,15 +212,20 @@ struct Run {
 type Row = ([f64; FACTORS], f64);
 
 impl Run {
-    fn of(samples: &[Sample]) -> Self {
+    fn of(samples: &[Sample], mounting: &Mounting) -> Self {
+        let Mounting {
+            zero_deg,
+            direction,
+        } = mounting;
+        let angle_deg = |sample: &Sample| zero_deg + direction * sample.angle_deg;
         Self {
-            angles_deg: samples.iter().map(|sample| sample.angle_deg).collect(),
+            angles_deg: samples.iter().map(angle_deg).collect(),
             flux_v_s: flux_v_s(samples).collect(),
         }
     }
 
     /// The rows of the fit with the harmonics that the last one has found, each column less its
-    /// mean, so that the angle of the begin is no unknown.
+    /// mean, so that the angle of the start is not an unknown.
     fn rows(&self, harmonics: &[f64]) -> Vec<Row> {
         let row = |(period, (angle_deg, flux_v_s)): (usize, (&f64, &f64))| {
             let [a, b, c, d] = waves(shaft_deg(*angle_deg, harmonics));
@@ -272,6 +300,14 @@ fn of_pairs(pairs: &[Vec<Run>]) -> EncoderError {
             "a standard error of {most:.3} deg, expected {LARGEST_DEG:.3} deg at most"
         ));
     }
+    let values = harmonics.all().map(|harmonic| harmonic.value.abs() * 1e3);
+    let greatest_mdeg = values.into_iter().fold(0.0, f64::max);
+    if greatest_mdeg.round() > f64::from(GREATEST_HARMONIC_MDEG) {
+        return EncoderError::unknown(format!(
+            "an error of {greatest_mdeg:.0} mdeg, expected {GREATEST_HARMONIC_MDEG} mdeg at most: \
+             the magnet is off its axis"
+        ));
+    }
     EncoderError {
         points: points(pairs.iter().flatten(), &whole),
         harmonics: Some(harmonics),
@@ -308,7 +344,7 @@ fn points<'a>(runs: impl Iterator<Item = &'a Run>, whole: &Regression<FACTORS>) 
             .iter()
             .map(|at| shaft_deg(*at, harmonics))
             .collect();
-        // The rows have lost the mean of the error over the run.
+        // The rows are without the mean of the error over the run.
         let errors = shafts.iter().map(|at| dot(&waves(*at), harmonics));
         let mean_deg = errors.sum::<f64>() / shafts.len() as f64;
         for (shaft_deg, (factors, value)) in shafts.iter().zip(run.rows(harmonics)) {

@@ -1,7 +1,7 @@
 //! Commissioning of an actuator over its bus: its wiring is checked at limited current; pulses give
 //! the resistance, runs over a turn the error of the encoder, runs at constant rate torque constant
-//! and friction, excitations inertia and delay; gains follow, and the baseline of the health. Nothing is saved before all steps have
-//! succeeded.
+//! and friction, excitations inertia and delay; gains follow, and the baseline of the health.
+//! Nothing is saved before all steps have succeeded.
 
 mod baseline;
 mod encoder;
@@ -223,6 +223,11 @@ fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionErr
         None => stops::find(client, limits)?,
     };
     let encoder = encoder::measure(client, range_mdeg, limits, &board)?;
+    // With another correction the stops are at other angles.
+    let range_mdeg = match (limits.range_mdeg, &encoder.harmonics) {
+        (None, Some(_)) => stops::find(client, limits)?,
+        _ => range_mdeg,
+    };
     let runs = runs::measure(client, (range_mdeg, limits.rate_mdeg_s), &board)?;
     resistance::check(&cold, &runs.runs)?;
     let constant = runs.back_emf_per_rate()?;

@@ -81,6 +81,11 @@ impl Coefficients {
         })
     }
 
+    /// How the encoder is mounted.
+    pub const fn mounting(&self) -> Mounting {
+        self.mounting
+    }
+
     /// Whether the encoder's zero and direction are those of `other`: then angles are comparable.
     pub fn has_mounting_of(&self, other: &Self) -> bool {
         self.mounting == other.mounting

@@ -222,6 +222,7 @@ impl<const N: usize> CascadeLanes<N> {
 }
 
 impl<const N: usize> State<N> {
+    /// Without a correction of the encoder, which lanes do not have.
     #[inline(always)]
     fn shaft(&self, lane: usize) -> ShaftTracker {
         ShaftTracker::at(self.counts[lane], self.last[lane])

@@ -7,7 +7,7 @@
 use core::num::NonZeroU16;
 
 use super::{
-    encoder_correction::{CountError, EncoderCorrection},
+    encoder_correction::{Deviation, EncoderCorrection},
     encoder_word::{COUNT_DEG, COUNTS_PER_TURN, EncoderCount},
     units::{ANGLE_END, Angle, angle, limit_whole},
 };
@@ -72,9 +72,9 @@ pub struct ShaftTracker {
     last: Option<EncoderCount>,
     /// Control periods without a valid count since then; saturates at 65,535.
     missed: u16,
-    /// The encoder's error at that count.
+    /// The encoder's deviation from the shaft at that count.
     #[cfg_attr(feature = "serde", serde(default))]
-    error: CountError,
+    deviation: Deviation,
 }
 
 impl ShaftTracker {
@@ -85,7 +85,7 @@ impl ShaftTracker {
             counts,
             last: Some(last),
             missed: 0,
-            error: CountError::NONE,
+            deviation: Deviation::NONE,
         }
     }
 
@@ -109,10 +109,10 @@ impl ShaftTracker {
         }
     }
 
-    /// Subtracts the encoder's error at the last count from the angle. The motion between two
-    /// counts is that of the encoder.
+    /// Subtracts the encoder's deviation at the last count from the angle. The motion between two
+    /// counts is not corrected.
     pub fn correct(&mut self, correction: &EncoderCorrection) {
-        self.error = correction.error(self.counts);
+        self.deviation = correction.deviation(self.counts);
     }
 
     /// Counts control periods without a valid count.
@@ -131,12 +131,12 @@ impl ShaftTracker {
         Some(wrap(i32::from(count.get()) - i32::from(self.last?.get())))
     }
 
-    /// The angle less the encoder's error, limited to [`ANGLE_END`].
+    /// The angle less the encoder's deviation, limited to [`ANGLE_END`].
     #[inline(always)]
     pub fn angle(&self) -> Angle {
-        // |counts| <= 2^31 and COUNT_STEPS < 2^29: the product lies within 2^60, the error of 18
-        // deg within 2^37.
-        let mut angle = Angle::from_bits(self.counts as i64 * COUNT_STEPS) - self.error.angle();
+        // |counts| <= 2^31 and COUNT_STEPS < 2^29: the product lies within 2^60, the deviation
+        // of 22.1 deg within 2^37.
+        let mut angle = Angle::from_bits(self.counts as i64 * COUNT_STEPS) - self.deviation.angle();
         limit_whole(&mut angle, (ANGLE_END.to_bits() >> 32) as i32);
         angle
     }

@@ -50,7 +50,7 @@ const SETUPS: [Setup; 2] = [
     },
     // Half a count is the quantisation, and a count is noise that changes it.
     Setup {
-        name: "with 2013h",
+        name: "with 2013h and 2014h",
         forward_permille: 1000,
         dead_band_mdeg: 132,
     },
@@ -68,6 +68,22 @@ impl Setup {
         values.tracking.velocity_permille = self.forward_permille;
         values.tracking.model_permille = self.forward_permille;
         values.tracking.dead_band_mdeg = self.dead_band_mdeg;
+        if self.forward_permille > 0 {
+            // As a commissioning measures it over a turn.
+            let pair = |amplitude_deg: f64, phase_deg: f64| {
+                let (sin, cos) = phase_deg.to_radians().sin_cos();
+                [amplitude_deg * sin, amplitude_deg * cos].map(|deg| (deg * 1e3).round() as i16)
+            };
+            let (error, magnet) = (&mut values.encoder, &plant.encoder);
+            [error.cosine_once_mdeg, error.sine_once_mdeg] = pair(
+                magnet.misalignment_first_deg,
+                magnet.misalignment_first_phase_deg,
+            );
+            [error.cosine_twice_mdeg, error.sine_twice_mdeg] = pair(
+                magnet.misalignment_second_deg,
+                magnet.misalignment_second_phase_deg,
+            );
+        }
         values.profile.interpolation_time = (f64::from(spacing) * PERIOD_S * 1e3) as u8;
         let parameters = LoopParameters::new(&BoardParameters::DEFAULT, &values);
         Drive::enabled(plant, &parameters)
@@ -77,7 +93,7 @@ impl Setup {
 /// How a plant differs from the motor of 2011h.
 type Differs = fn(&mut BoardPlantOptions);
 
-const DIFFERENCES: [(&str, Differs); 7] = [
+const DIFFERENCES: [(&str, Differs); 8] = [
     ("torque constant -30 %", |plant| {
         plant.drivetrain.electrical.torque_constant_nm_a *= 0.7;
     }),
@@ -98,6 +114,9 @@ const DIFFERENCES: [(&str, Differs); 7] = [
     }),
     ("1 deg of play", |plant| {
         plant.drivetrain.gear_train.backlash_deg = 1.0;
+    }),
+    ("magnet 1.4 deg off", |plant| {
+        plant.encoder.misalignment_first_deg = 1.4;
     }),
 ];
 
@@ -330,6 +349,8 @@ Object 2013h adds to the loop of the paper, in shares of 0.1 %:
 - 2: the voltage that the motor of 2011h needs for the demand, at the present supply, to the duty;
 - 3: a dead band (mdeg) within which an unloaded shaft at rest gets no duty.
 
+Object 2014h subtracts the error of the encoder once and twice a turn, here that of the plant.
+
 All are 0 by default. At a stiff supply they do not change the margins of the loop; 2011h has to
 describe the motor. Here 1 and 2 are 1000 and 3 is 132: half a count of quantisation, and a count of
 noise. Cyclic targets need 60C2h:1 at their interval. The motor bounds the bandwidth: 2,150 deg/s^2 are
@@ -338,7 +359,7 @@ noise. Cyclic targets need 60C2h:1 at their interval. The motor bounds the bandw
 Means of 10 drives with noise, friction, magnet and supply of their seeds, natively, of motions and steps
 the greatest; the error is that of the shaft against the command at the same time, where nothing else is
 said in moves by half a cosine of up to 157 deg/s. In a line with a difference the plant has it, and 2011h
-does not.
+does not. With 1 deg of play the error is hardly larger: a compensation of the play would not reduce it.
 ";
 
 fn main() -> std::io::Result<()> {

@@ -27,22 +27,26 @@ fn limits_of(half_mdeg: i32) -> Limits {
     }
 }
 
-/// The harmonics of the plant's encoder, `a sin(x + p) = a sin p cos x + a cos p sin x`; deg.
+/// The harmonics of the plant's encoder, which shows `y = s x + z + a sin(n x + p)` at the angle `x`
+/// of the shaft: of `n s (y - z) + p`, as the cosine and the sine of `n y` without the error; deg.
 fn truth(options: &BoardPlantOptions) -> [f64; 4] {
     let EncoderParameters {
+        magnet_zero_deg,
+        magnet_direction: direction,
         misalignment_first_deg: first_deg,
         misalignment_first_phase_deg: first_phase_deg,
         misalignment_second_deg: second_deg,
         misalignment_second_phase_deg: second_phase_deg,
         ..
     } = options.encoder;
-    let pair = |amplitude: f64, phase_deg: f64| {
+    let pair = |order: f64, amplitude: f64, phase_deg: f64| {
+        let phase_deg = phase_deg - order * direction * magnet_zero_deg;
         let (sin, cos) = phase_deg.to_radians().sin_cos();
-        [amplitude * sin, amplitude * cos]
+        [amplitude * sin, amplitude * direction * cos]
     };
     let ([a, b], [c, d]) = (
-        pair(first_deg, first_phase_deg),
-        pair(second_deg, second_phase_deg),
+        pair(1.0, first_deg, first_phase_deg),
+        pair(2.0, second_deg, second_phase_deg),
     );
     [a, b, c, d]
 }
@@ -54,8 +58,17 @@ fn the_error_of_a_magnet_off_its_axis_is_found_within_three_standard_errors() {
         // turn is hardly different from another torque constant.
         let (half_mdeg, largest_deg) =
             [(180_000, 0.015), (150_000, 0.044), (220_000, 0.007)][seed as usize % 3];
-        let options = eccentric(seed);
+        let mut options = eccentric(seed);
+        let (zero_deg, direction) = [(0, 1), (70, 1), (-110, -1)][seed as usize / 3 % 3];
+        options.encoder.magnet_zero_deg = f64::from(zero_deg);
+        options.encoder.magnet_direction = f64::from(direction);
         let mut client = client_within(&options, Defects::default(), 230.0);
+        for (object, value) in [("2010:3", zero_deg), ("2010:4", direction)] {
+            let written = client.write(object, &value.to_string());
+            written.expect("the drive is off");
+        }
+        // That of before has no effect.
+        client.write("2014:3", "300").expect("the drive is off");
         let found = measure(&mut client, &limits_of(half_mdeg));
         let found = found.unwrap_or_else(|error| panic!("bench {seed}: {error}"));
         let harmonics = found.encoder.harmonics.expect("a range of a turn");
@@ -84,4 +97,42 @@ fn the_error_is_left_as_it_is_where_the_range_is_less_than_five_sixths_of_a_turn
     assert_eq!(found.encoder.objects(), []);
     assert_eq!(found.encoder.without_error, None);
     assert_eq!(client.integer("2014:2").expect("an object"), -700);
+}
+
+#[test]
+fn the_stops_are_found_with_the_corrected_angle() {
+    let mut options = eccentric(0);
+    options.encoder.misalignment_first_phase_deg = 90.0;
+    options.encoder.misalignment_second_phase_deg = 0.0;
+    let stop_deg = 165.0;
+    options.drivetrain.gear_train.hard_stop_deg = stop_deg;
+    let mut client = client_within(&options, Defects::default(), 166.0);
+    let limits = Limits {
+        range_mdeg: None,
+        ..LIMITS
+    };
+    let found = measure(&mut client, &limits).expect("a good bench");
+    assert!(found.encoder.harmonics.is_some());
+    let (low, high) = found.range_mdeg;
+    // 3 deg within the stops; the zero is that of the encoder, which is off by its error there.
+    let travel_deg = f64::from(high - low) * 1e-3;
+    assert!(
+        (travel_deg - 2.0 * (stop_deg - 3.0)).abs() < 0.5,
+        "{travel_deg} deg"
+    );
+}
+
+#[test]
+fn a_magnet_far_off_its_axis_is_reported_and_what_was_stored_stays() {
+    let mut options = eccentric(0);
+    options.encoder.misalignment_first_deg = 3.5;
+    options.encoder.misalignment_first_phase_deg = 0.0;
+    let mut client = client_within(&options, Defects::default(), 230.0);
+    client.write("2014:2", "-700").expect("the drive is off");
+    let found = measure(&mut client, &limits_of(180_000)).expect("a good bench");
+    let why = found.encoder.without_error.as_ref().expect("a reason");
+    assert!(why.ends_with("the magnet is off its axis"), "{why}");
+    assert_eq!(client.integer("2014:2").expect("an object"), -700);
+    let page = page(&found, "an origin", true).render();
+    assert!(page.contains("The error of the encoder is not written: an error of 3"));
 }
