@@ -106,8 +106,13 @@ impl Hasher for Sum {
         self.0.into()
     }
 
+    /// Arrays of integers.
     fn write(&mut self, bytes: &[u8]) {
-        for byte in bytes {
+        let (words, rest) = bytes.as_chunks();
+        for word in words {
+            self.add(u32::from_ne_bytes(*word));
+        }
+        for byte in rest {
             self.add(u32::from(*byte));
         }
     }
@@ -148,6 +153,8 @@ impl Hasher for Sum {
 
 #[cfg(test)]
 mod tests {
+    use model_core::control::encoder_correction::{EncoderCorrection, EncoderHarmonics};
+
     use super::*;
     use crate::{control_loop::LoopParameters, drive::StoredParameters};
 
@@ -180,6 +187,13 @@ mod tests {
         assert_ne!(check_value(&other), check);
         other = parameters;
         other.failsafe.failsafe_position_mdeg ^= 1;
+        assert_ne!(check_value(&other), check);
+        let harmonics = EncoderHarmonics {
+            second_mdeg: (0, 1),
+            ..EncoderHarmonics::default()
+        };
+        other = parameters;
+        other.encoder = EncoderCorrection::new(&harmonics, other.board.control.mounting());
         assert_ne!(check_value(&other), check);
     }
 }

@@ -194,7 +194,7 @@ impl Loop {
         if !(self.parameters.forward).may_change(application.state(), &parameters.forward) {
             return false;
         }
-        let corrects_another = parameters.encoder != self.parameters.encoder;
+        let corrects_another = parameters.encoder.differs_from(&self.parameters.encoder);
         if corrects_another && application.state().is_driving() {
             return false;
         }

@@ -139,6 +139,12 @@ impl EncoderCorrection {
         Self { table }
     }
 
+    /// Whether the deviation is another one somewhere. A comparison of the tables by `!=` is one of
+    /// bytes on the board.
+    pub fn differs_from(&self, other: &Self) -> bool {
+        self.table.iter().zip(&other.table).any(|(a, b)| a != b)
+    }
+
     /// The deviation at this many counts from the mounting's zero, in the direction of positive
     /// duty.
     pub fn deviation(&self, counts: i32) -> Deviation {
