@@ -185,7 +185,7 @@ impl From<Rate> for Setpoint {
 }
 
 /// The state of the controller between two steps.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct CascadeState {
     shaft: ShaftTracker,
@@ -193,6 +193,19 @@ pub struct CascadeState {
     regulator: RateLoopState,
     /// The last setpoint, which a change of gains needs; `None` while the bridge is off.
     setpoint: Option<Setpoint>,
+}
+
+impl Default for CascadeState {
+    // Not inlined: it is then written where it stays, not copied.
+    #[cfg_attr(target_os = "none", inline(never))]
+    fn default() -> Self {
+        Self {
+            shaft: ShaftTracker::default(),
+            rate: RateEstimate::default(),
+            regulator: RateLoopState::default(),
+            setpoint: None,
+        }
+    }
 }
 
 /// The result of one control step; zero by default.

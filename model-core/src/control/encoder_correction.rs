@@ -126,13 +126,13 @@ impl EncoderCorrection {
             h / (1.0 + slope)
         };
         let sign = if mounting.reversed { -1.0 } else { 1.0 };
-        let interval = direction(1 << INTERVAL_BITS);
-        let interval = (interval.0, interval.1 * sign);
+        let (cos, sin) = ROTATIONS[INTERVAL_BITS as usize];
         let mut at = direction(mounting.zero.get());
-        let at_zero = error(at);
+        let mut at_zero = None;
         let table = core::array::from_fn(|_| {
-            let entry = sign * (error(at) - at_zero) * ENTRIES_PER_RAD;
-            at = rotated(at, interval);
+            let error = error(at);
+            let entry = sign * (error - *at_zero.get_or_insert(error)) * ENTRIES_PER_RAD;
+            at = rotated(at, (cos, sin * sign));
             // `as` saturates.
             libm::roundf(entry) as i16
         });
@@ -158,6 +158,7 @@ impl EncoderCorrection {
 }
 
 /// Cosine and sine of an angle that is turned by another one.
+#[cfg_attr(target_os = "none", inline(never))]
 fn rotated((cos, sin): (f32, f32), (by_cos, by_sin): (f32, f32)) -> (f32, f32) {
     (cos * by_cos - sin * by_sin, sin * by_cos + cos * by_sin)
 }
