@@ -8,6 +8,7 @@ use firmware::measure::{MotorConstants, Ripple};
 use firmware::parameters::{BoardParameters, LimitSettings, ModelSettings};
 use model_core::actuator::{ModelKind, PlantKind, Settings};
 use model_core::control::cascade::Coefficients;
+use model_core::control::encoder_correction::EncoderCorrection;
 use model_core::control::pwm_timer::PwmCompare;
 use model_core::control::units::angle;
 use model_core::plant::{Plant, PlantState, first_order::FirstOrder};
@@ -57,6 +58,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
                 &ModelSettings::DEFAULT,
             ),
             dead_band: &DeadBandSettings::default(),
+            encoder: &EncoderCorrection::NONE,
         };
         let mut application = Application::new(&parameters, Start::default());
         // Before the run the encoder is sampled once, then the loop is closed.

@@ -8,6 +8,7 @@ use firmware::measure::MotorConstants;
 use firmware::native;
 use firmware::parameters::{BoardParameters, LimitSettings, ModelSettings};
 use firmware::timing::CONTROL_PERIOD_MS;
+use model_core::control::encoder_correction::EncoderCorrection;
 use model_core::control::units::{Angle, angle};
 use model_core::plant::board::{BoardPlant, BoardPlantOptions, Defects, SampledBoardPlant};
 
@@ -94,6 +95,7 @@ impl Drive {
             motor: &self.motor,
             limits: &self.limits,
             dead_band: &DeadBandSettings::default(),
+            encoder: &EncoderCorrection::NONE,
         };
         let samples: Samples = native::samples(&self.plant.sampled());
         let outputs = *self.application.control_period(settings, &samples);
