@@ -95,14 +95,19 @@ impl Bench {
         }
     }
 
-    /// Moves to 50 deg and to -50 deg, this often.
+    /// Moves to 50 deg and to -50 deg, this often, within a second each.
     fn move_to_and_fro(&mut self, times: u32) {
+        self.move_and_rest(times, 250);
+    }
+
+    /// The same within so many control periods each.
+    fn move_and_rest(&mut self, times: u32, periods: u32) {
         for time in 0..2 * times {
             let target_mdeg = if time % 2 == 0 { 50_000 } else { -50_000 };
             self.write((0x607A, 0), target_mdeg, 4);
             self.write((0x6040, 0), 0x2F, 2);
             self.write((0x6040, 0), 0x3F, 2);
-            self.run(250);
+            self.run(periods);
         }
     }
 }
@@ -223,6 +228,35 @@ fn play_is_found_within_a_count_of_the_encoder_and_warns() {
             let off_mdeg = (found - play_mdeg).abs();
             assert!(off_mdeg < count_mdeg, "{found} of {play_mdeg} mdeg");
             assert_eq!(bench.emergencies, [(WARNING, 0xC5)]);
+        }
+    }
+}
+
+/// In a rest the noise of the encoder turns the motor within the play, the more the higher the gains
+/// are. A part of that is taken for an offset of the back-EMF.
+#[test]
+fn play_is_found_within_a_fifth_behind_rests_of_more_than_a_second() {
+    for (gain, proportional, integral) in [(8.0, 1.318, 10.0), (12.0, 2.0, 20.0), (16.0, 3.0, 20.0)]
+    {
+        for seed in 0..3 {
+            let mut options = BoardPlantOptions::realistic(seed);
+            options.drivetrain.gear_train.backlash_deg = 1.0;
+            let mut bench = Bench::new(&options);
+            for (object, value) in [
+                ((0x60FB, 1), gain),
+                ((0x60F9, 1), proportional),
+                ((0x60F9, 2), integral),
+            ] {
+                bench.write(object, f32::to_bits(value) as i32, 4);
+            }
+            bench.enable();
+            bench.move_and_rest(10, 500);
+            let [play, _] = PLAY;
+            let found = bench.read(play);
+            assert!(
+                (800..1_200).contains(&found),
+                "{gain}, {seed}: {found} mdeg"
+            );
         }
     }
 }

@@ -35,7 +35,7 @@ use crate::{
 /// Least rate of a motion, deg/s: two counts of the encoder in a control period.
 const LEAST_DEG_S: f32 = 40.0;
 
-/// The motor is at rest below this share of the least rate: 5 deg/s.
+/// The motor hardly turns below this share of the least rate: 5 deg/s.
 const REST_SHARE: i32 = 8;
 
 /// Back-EMF at the least rate, mV, by the motor parameters 2011h. Not inlined: its constants would

@@ -9,9 +9,10 @@
 //! ```
 //!
 //! with the integrals until the shaft has travelled a first and a second angle. `K` is that of the
-//! same motion: the play is not in it, and an offset of the back-EMF acts in both. What is left of
-//! the offset cancels in the mean of both ways. A load that presses the gears to one side hides the
-//! play.
+//! same motion: the play is not in it. The integrals begin with the rest before the motion: there
+//! the noise of the encoder turns the motor within the play. The mean back-EMF of a motor that
+//! hardly turns is the offset, and is subtracted. A load that presses the gears to one side hides
+//! the play.
 
 use super::Mean;
 use crate::timing::thousandths;
@@ -24,28 +25,32 @@ const SECOND_MDEG: i32 = 24_000;
 /// The greatest play, that of object 2053h:8, mdeg.
 const MOST_MDEG: i32 = 20_000;
 
-/// Control periods below the least back-EMF after which the motor is at rest: 0.1 s.
-const REST: u8 = 25;
+/// The shaft is at rest while it stays within this angle, mdeg: two counts of the encoder, and half
+/// a one of noise.
+const REST_MDEG: i32 = 220;
+
+/// Control periods of a rest: 0.1 s, and 10 s, for which the offset is known to 0.1 mV, 0.05 deg.
+const SHORTEST_REST: u16 = 25;
+const LONGEST_REST: u16 = 2500;
 
 /// Motions of a mean, and those of each way after which it is known.
 const LENGTH: u16 = 32;
 const ENOUGH: u16 = 4;
 
-/// The motion under way.
+/// Parts of a mV in which the offset is kept, and the control periods of its mean, a minute: of many
+/// rests behind motions of both ways, as the motor turns back in each.
+const OFFSET_PARTS: i32 = 16;
+const OFFSET_LENGTH: u16 = 15_000;
+
+/// What the shaft does since the last place where it rested, or which it passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Motion {
-    /// The motor is at rest.
+    /// It rests, or moves on by steps.
     #[default]
     None,
-    /// Since it has begun to turn from an angle: the sum of the back-EMF, mV times control periods,
-    /// in its direction; the same with the travel, mdeg, at the first angle.
-    Runs {
-        from: Angle,
-        sum: i32,
-        first: Option<(i32, i32)>,
-    },
-    /// No more is taken from it.
-    Done,
+    /// It turns from a rest against the direction of the last motion: the sum of the back-EMF, mV
+    /// times control periods, in its direction, and the travel, mdeg, at the first angle.
+    Runs { first: Option<(i32, i32)> },
 }
 
 /// The mean of one way.
@@ -61,9 +66,14 @@ pub(super) struct Play {
     motion: Motion,
     /// The direction of the motion, or of the last one; 0 before the first.
     sign: i32,
-    rest: u8,
-    /// The angle at the end of the control period before.
-    angle: Angle,
+    /// Where the shaft rested last, or passed.
+    from: Angle,
+    /// Control periods since then, and the sum of the back-EMF, mV.
+    periods: u16,
+    sum: i32,
+    /// The offset of the back-EMF, in parts of a mV, and the number of its values.
+    offset: Mean,
+    offsets: u16,
     positive: Way,
     negative: Way,
 }
@@ -71,47 +81,64 @@ pub(super) struct Play {
 impl Play {
     /// Nothing is taken from the present motion, which has no measurements.
     pub fn interrupt(&mut self) {
-        self.motion = Motion::Done;
-        self.sign = 0;
+        self.restart(Angle::ZERO, 0);
+    }
+
+    /// The shaft has come to this place in a direction.
+    fn restart(&mut self, from: Angle, sign: i32) {
+        self.motion = Motion::None;
+        (self.from, self.sign) = (from, sign);
+        (self.periods, self.sum) = (0, 0);
     }
 
     /// Takes the mean back-EMF of a control period, mV, and the angle at its end. Below `least_mv`
-    /// the motor is at rest.
+    /// the motor hardly turns.
     pub fn observe(&mut self, mean_mv: i32, least_mv: i32, angle: Angle) {
-        let from = core::mem::replace(&mut self.angle, angle);
-        if mean_mv.abs() < least_mv {
-            self.rest = self.rest.saturating_add(1).min(REST);
-            if self.rest == REST {
-                self.motion = Motion::None;
+        self.periods = self.periods.saturating_add(1).min(LONGEST_REST);
+        self.sum = self.sum.saturating_add(mean_mv);
+        let travel = thousandths(angle - self.from);
+        match self.motion {
+            Motion::None if travel.abs() > REST_MDEG => self.leave(travel.signum(), angle),
+            Motion::None if self.periods > SHORTEST_REST && mean_mv.abs() < least_mv => {
+                self.offsets = self.offsets.saturating_add(1).min(OFFSET_LENGTH);
+                self.offset.take(mean_mv * OFFSET_PARTS, self.offsets);
             }
-        } else {
-            self.rest = 0;
-            let sign = mean_mv.signum();
-            let before = core::mem::replace(&mut self.sign, sign);
-            if self.motion == Motion::None && before == -sign {
-                self.motion = Motion::Runs {
-                    from,
-                    sum: 0,
-                    first: None,
-                };
-            } else if self.motion == Motion::None || before != sign {
-                self.motion = Motion::Done;
-            }
+            Motion::None => {}
+            Motion::Runs { first } => self.run(first, self.sign * travel, angle),
         }
-        if let Motion::Runs { from, sum, first } = &mut self.motion {
-            *sum = sum.saturating_add(self.sign * mean_mv);
-            let travel = self.sign * thousandths(angle - *from);
-            match first {
-                None if travel >= FIRST_MDEG => *first = Some((*sum, travel)),
-                Some(first) if travel >= SECOND_MDEG => {
-                    let play = play(*first, (*sum, travel));
-                    self.motion = Motion::Done;
-                    if let Some(mdeg) = play {
-                        self.take(mdeg);
-                    }
-                }
-                _ => {}
+    }
+
+    /// The shaft leaves the place in this direction.
+    fn leave(&mut self, sign: i32, angle: Angle) {
+        let is_from_rest = (SHORTEST_REST..LONGEST_REST).contains(&self.periods);
+        if is_from_rest && self.sign == -sign {
+            self.motion = Motion::Runs { first: None };
+            self.sign = sign;
+        } else {
+            self.restart(angle, sign);
+        }
+    }
+
+    /// A motion goes on, to this travel in its direction.
+    fn run(&mut self, first: Option<(i32, i32)>, travel: i32, angle: Angle) {
+        // At most 2,500 periods: below 2^27.
+        let offset = self.offset.whole() * i32::from(self.periods) / OFFSET_PARTS;
+        let sum = self.sign * self.sum.saturating_sub(offset);
+        match first {
+            _ if travel < -REST_MDEG => self.restart(angle, -self.sign),
+            _ if self.periods == LONGEST_REST => self.restart(angle, self.sign),
+            None if travel >= FIRST_MDEG => {
+                self.motion = Motion::Runs {
+                    first: Some((sum, travel)),
+                };
             }
+            Some(first) if travel >= SECOND_MDEG => {
+                if let Some(mdeg) = play(first, (sum, travel)) {
+                    self.take(mdeg);
+                }
+                self.restart(angle, self.sign);
+            }
+            _ => {}
         }
     }
 
