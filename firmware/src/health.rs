@@ -182,6 +182,7 @@ impl Health {
         if self.baseline != baseline {
             *self = Self {
                 baseline,
+                play: self.play.anew(),
                 ..Self::default()
             };
         }
@@ -200,6 +201,9 @@ impl Health {
         if outputs.state != BoardState::Enabled || !t.present.is_empty() || is_torque {
             self.is_moving = false;
             self.play.interrupt();
+            if outputs.state == BoardState::Disabled {
+                self.play.idle(t.back_emf_mv, least_mv(model) / REST_SHARE);
+            }
             return;
         }
         self.readings = self.readings.saturating_add(1).min(LENGTH);
@@ -207,7 +211,7 @@ impl Health {
         self.weak.take(i32::from(is_weak) * 1000, self.readings);
         let mean_mv = (t.back_emf_mv + core::mem::replace(&mut self.last_mv, t.back_emf_mv)) / 2;
         let least_mv = least_mv(model);
-        (self.play).observe(mean_mv, least_mv / REST_SHARE, t.angle);
+        self.play.observe(mean_mv, t.angle);
         let is_moving = mean_mv.abs() > least_mv;
         let was_moving = core::mem::replace(&mut self.is_moving, is_moving);
         if self.is_moving {

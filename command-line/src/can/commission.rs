@@ -21,16 +21,16 @@ use host_sim::file;
 ///
 /// The shaft moves for less than four minutes, and before that to its stops where --range is not
 /// given. Pulses of growing torque show the senses of motor, encoder and current, and give the
-/// resistance; within a --range of 300 deg and more, runs over it give the error of the encoder once
-/// and twice a turn; runs at constant rate in both directions within --range give the torque constant by
-/// the gear ratio of 2011h:3, and friction; two excitations give inertia and delay. Gains with
-/// their margins for all motors within the standard errors follow, which a sweep and a step in the
-/// closed loop verify, and the feed-forward 2013h, which moves verify; moves with all this give the
-/// baseline of the health. What is wrong or cannot be identified is refused with exit status 3, and
-/// nothing is written; otherwise 607Dh, 2011h:1, 2, 4, 5 and 6, 2014h, 60FBh:1, 60F9h:1 to 3, 2013h:1 and
-/// 2 and 2053h:1 and 2 are written, and all parameters are saved (1010h). A value that a second
-/// measurement contradicts, a viscous friction that is not known from zero, and gains whose loop is
-/// not as predicted are reported and not written.
+/// resistance; within a --range of 300 deg and more, runs over it give the error of the encoder
+/// once and twice a turn; runs at constant rate in both directions within --range give the torque
+/// constant by the gear ratio of 2011h:3, and friction; two excitations give inertia and delay.
+/// Gains with their margins for all motors within the standard errors follow, which a sweep and a
+/// step in the closed loop verify, and the feed-forward 2013h, which moves verify; moves with all
+/// this give the baseline of the health. What is wrong or cannot be identified is refused with exit
+/// status 3, and nothing is written; otherwise 607Dh, 2011h:1, 2, 4, 5 and 6, 2014h, 60FBh:1,
+/// 60F9h:1 to 3, 2013h:1 and 2 and 2053h:1 and 2 are written, and all parameters are saved (1010h).
+/// A value that a second measurement contradicts, a viscous friction that is not known from zero,
+/// and gains whose loop is not as predicted are reported and not written.
 #[derive(Debug, Args)]
 pub struct Commission {
     /// Range of the angle, deg; without it the stops are found at half of --current

@@ -10,9 +10,8 @@
 //!
 //! with the integrals until the shaft has travelled a first and a second angle. `K` is that of the
 //! same motion: the play is not in it. The integrals begin with the rest before the motion: there
-//! the noise of the encoder turns the motor within the play. The mean back-EMF of a motor that
-//! hardly turns is the offset, and is subtracted. A load that presses the gears to one side hides
-//! the play.
+//! the noise of the encoder turns the motor within the play. The mean back-EMF while the bridge is
+//! off is the offset, and is subtracted. A load that presses the gears to one side hides the play.
 
 use super::Mean;
 use crate::timing::thousandths;
@@ -26,19 +25,21 @@ const SECOND_MDEG: i32 = 24_000;
 const MOST_MDEG: i32 = 20_000;
 
 /// The shaft is at rest while it stays within this angle, mdeg: two counts of the encoder, and half
-/// a one of noise.
+/// a count of noise.
 const REST_MDEG: i32 = 220;
 
-/// Control periods of a rest: 0.1 s, and 10 s, for which the offset is known to 0.1 mV, 0.05 deg.
+/// Control periods of a rest at least, 0.1 s.
 const SHORTEST_REST: u16 = 25;
-const LONGEST_REST: u16 = 2500;
+
+/// Control periods of a rest and its motion at most, 30 s: the offset is known to 0.1 mV, which is
+/// 0.15 deg of 20 mV s/deg then, and cancels in the mean of both ways where their rests are equal.
+const LONGEST: u16 = 7500;
 
 /// Motions of a mean, and those of each way after which it is known.
 const LENGTH: u16 = 32;
 const ENOUGH: u16 = 4;
 
-/// Parts of a mV in which the offset is kept, and the control periods of its mean, a minute: of many
-/// rests behind motions of both ways, as the motor turns back in each.
+/// Parts of a mV in which the offset is kept, and the control periods of its mean, 60 s.
 const OFFSET_PARTS: i32 = 16;
 const OFFSET_LENGTH: u16 = 15_000;
 
@@ -66,8 +67,8 @@ pub(super) struct Play {
     motion: Motion,
     /// The direction of the motion, or of the last one; 0 before the first.
     sign: i32,
-    /// Where the shaft rested last, or passed.
-    from: Angle,
+    /// Where the shaft rested last, or passed; `None` until it is measured.
+    from: Option<Angle>,
     /// Control periods since then, and the sum of the back-EMF, mV.
     periods: u16,
     sum: i32,
@@ -81,28 +82,41 @@ pub(super) struct Play {
 impl Play {
     /// Nothing is taken from the present motion, which has no measurements.
     pub fn interrupt(&mut self) {
-        self.restart(Angle::ZERO, 0);
+        self.restart(None, 0);
+    }
+
+    /// Without motions, but for the offset.
+    pub fn anew(self) -> Self {
+        Self {
+            offset: self.offset,
+            offsets: self.offsets,
+            ..Self::default()
+        }
+    }
+
+    /// Takes the back-EMF, mV, while the bridge is off. Below `least_mv`
+    /// the motor hardly turns.
+    pub fn idle(&mut self, mean_mv: i32, least_mv: i32) {
+        if mean_mv.abs() < least_mv {
+            self.offsets = self.offsets.saturating_add(1).min(OFFSET_LENGTH);
+            self.offset.take(mean_mv * OFFSET_PARTS, self.offsets);
+        }
     }
 
     /// The shaft has come to this place in a direction.
-    fn restart(&mut self, from: Angle, sign: i32) {
+    fn restart(&mut self, from: Option<Angle>, sign: i32) {
         self.motion = Motion::None;
         (self.from, self.sign) = (from, sign);
         (self.periods, self.sum) = (0, 0);
     }
 
-    /// Takes the mean back-EMF of a control period, mV, and the angle at its end. Below `least_mv`
-    /// the motor hardly turns.
-    pub fn observe(&mut self, mean_mv: i32, least_mv: i32, angle: Angle) {
-        self.periods = self.periods.saturating_add(1).min(LONGEST_REST);
+    /// Takes the mean back-EMF of a control period, mV, and the angle at its end.
+    pub fn observe(&mut self, mean_mv: i32, angle: Angle) {
+        self.periods = self.periods.saturating_add(1).min(LONGEST);
         self.sum = self.sum.saturating_add(mean_mv);
-        let travel = thousandths(angle - self.from);
+        let travel = thousandths(angle - *self.from.get_or_insert(angle));
         match self.motion {
             Motion::None if travel.abs() > REST_MDEG => self.leave(travel.signum(), angle),
-            Motion::None if self.periods > SHORTEST_REST && mean_mv.abs() < least_mv => {
-                self.offsets = self.offsets.saturating_add(1).min(OFFSET_LENGTH);
-                self.offset.take(mean_mv * OFFSET_PARTS, self.offsets);
-            }
             Motion::None => {}
             Motion::Runs { first } => self.run(first, self.sign * travel, angle),
         }
@@ -110,23 +124,27 @@ impl Play {
 
     /// The shaft leaves the place in this direction.
     fn leave(&mut self, sign: i32, angle: Angle) {
-        let is_from_rest = (SHORTEST_REST..LONGEST_REST).contains(&self.periods);
+        let is_from_rest = (SHORTEST_REST..LONGEST).contains(&self.periods);
         if is_from_rest && self.sign == -sign {
             self.motion = Motion::Runs { first: None };
             self.sign = sign;
         } else {
-            self.restart(angle, sign);
+            self.restart(Some(angle), sign);
         }
     }
 
     /// A motion goes on, to this travel in its direction.
     fn run(&mut self, first: Option<(i32, i32)>, travel: i32, angle: Angle) {
-        // At most 2,500 periods: below 2^27.
+        // Below 2^14 times 7,500 control periods.
         let offset = self.offset.whole() * i32::from(self.periods) / OFFSET_PARTS;
         let sum = self.sign * self.sum.saturating_sub(offset);
         match first {
-            _ if travel < -REST_MDEG => self.restart(angle, -self.sign),
-            _ if self.periods == LONGEST_REST => self.restart(angle, self.sign),
+            _ if travel < -REST_MDEG => self.restart(Some(angle), -self.sign),
+            _ if self.periods == LONGEST => {
+                // No new rest, and of a direction that the next travel shows.
+                self.motion = Motion::None;
+                self.from = Some(angle);
+            }
             None if travel >= FIRST_MDEG => {
                 self.motion = Motion::Runs {
                     first: Some((sum, travel)),
@@ -136,7 +154,7 @@ impl Play {
                 if let Some(mdeg) = play(first, (sum, travel)) {
                     self.take(mdeg);
                 }
-                self.restart(angle, self.sign);
+                self.restart(Some(angle), self.sign);
             }
             _ => {}
         }
@@ -220,13 +238,14 @@ mod tests {
         fn observe(&mut self, back_emf_mv: i32) {
             let mean_mv = back_emf_mv + self.offset_mv;
             let angle = angle_of_mdeg(self.shaft_mdeg);
-            self.play.observe(mean_mv, 100, angle);
+            self.play.observe(mean_mv, angle);
         }
     }
 
     /// Motions to and fro, with these control periods at rest behind each.
     fn moved(play_mdeg: i32, offset_mv: i32, mut rest: impl FnMut(u32) -> u32) -> Play {
         let mut bench = Bench::new(play_mdeg, offset_mv);
+        (0..100).for_each(|_| bench.play.idle(offset_mv, 100));
         for motion in 0..17 {
             bench.turn(if motion % 2 == 0 { 1 } else { -1 }, rest(motion));
         }
@@ -236,11 +255,11 @@ mod tests {
     #[test]
     fn the_angle_that_the_motor_turns_alone_is_the_play_whatever_the_offset() {
         for (play_mdeg, offset_mv) in [(0, 0), (200, 0), (1_000, 0), (1_000, 80), (3_000, -80)] {
-            let found = moved(play_mdeg, offset_mv, |_| 50).mdeg();
-            // The offset is 8 % of the back-EMF in the slow 4 deg, and 4 % behind them. In the
-            // other direction its effect has the other sign: 4 % of 4 % of 4 deg are left, 6 mdeg.
+            let rest = |motion| if motion % 2 == 0 { 50 } else { 400 };
+            let found = moved(play_mdeg, offset_mv, rest).mdeg();
+            // The offset is known to a sixteenth of a mV: in 400 control periods 5 mdeg.
             let off = found.expect("eight motions each way") - play_mdeg;
-            assert!(off.abs() <= 10, "{play_mdeg}, {offset_mv}: {found:?}");
+            assert!(off.abs() <= 5, "{play_mdeg}, {offset_mv}: {found:?}");
         }
     }
 
@@ -282,15 +301,49 @@ mod tests {
 
     #[test]
     fn an_interrupted_motion_shows_no_play() {
+        // Interrupted at 28 deg, and at -28 deg; then back, or on, at once or from rest.
+        for (before, after) in [(1, -1), (1, 1), (-1, 1), (-1, -1)] {
+            for rest in [0, 50] {
+                let mut bench = Bench::new(1_000, 0);
+                bench.turn(before, 50);
+                bench.play.interrupt();
+                (0..rest).for_each(|_| bench.observe(0));
+                bench.turn(after, 0);
+                let Play {
+                    positive, negative, ..
+                } = bench.play;
+                assert_eq!((positive, negative), (Way::default(), Way::default()));
+            }
+        }
+    }
+
+    #[test]
+    fn a_motion_and_its_rest_of_more_than_30_s_show_no_play() {
+        let mut bench = Bench::new(1_000, 0);
+        bench.turn(1, u32::from(LONGEST));
+        bench.turn(-1, 50);
+        assert_eq!(bench.play.negative, Way::default());
+        // The shaft stops 5 deg behind a rest; the motor may have turned since.
         let mut bench = Bench::new(1_000, 0);
         bench.turn(1, 50);
-        let before = bench.play;
-        bench.play.interrupt();
-        bench.turn(-1, 0);
-        let after = bench.play;
-        assert_eq!(
-            (after.positive, after.negative),
-            (before.positive, before.negative)
-        );
+        for period in 0..u32::from(LONGEST) {
+            bench.shaft_mdeg -= if period < 50 { 100 } else { 0 };
+            bench.observe(if period < 50 { -500 } else { 0 });
+        }
+        bench.turn(1, 50);
+        assert_eq!(bench.play.positive, Way::default());
+    }
+
+    #[test]
+    fn a_motor_that_turns_within_the_play_at_rest_hides_nothing_of_it() {
+        let mut bench = Bench::new(1_000, 0);
+        for motion in 0..16 {
+            bench.turn(if motion % 2 == 0 { 1 } else { -1 }, 50);
+            // Back by 0.8 deg, in 100 control periods at 2 deg/s, of the 1 deg.
+            bench.gap_mdeg = 800;
+            (0..100).for_each(|_| bench.observe(-bench.sign * 40));
+        }
+        let found = bench.play.mdeg().expect("eight motions each way");
+        assert!((found - 1_000).abs() <= 5, "{found}");
     }
 }

@@ -269,8 +269,8 @@ fn fit<'a>(runs: impl Iterator<Item = &'a Run> + Clone) -> Option<Regression<FAC
     fitted
 }
 
-/// The error by all runs. Its standard error has that by leaving out each pair of runs: residuals in
-/// the integral of the back-EMF are not independent of each other.
+/// The error by all runs. Its standard error has that by leaving out each pair of runs: residuals
+/// in the integral of the back-EMF are not independent of each other.
 fn of_pairs(pairs: &[Vec<Run>]) -> EncoderError {
     let without = |left_out: usize| {
         let pairs = pairs.iter().enumerate();
@@ -315,7 +315,8 @@ fn of_pairs(pairs: &[Vec<Run>]) -> EncoderError {
     }
 }
 
-/// A coefficient with its standard error by the residuals, and by leaving out each pair (jackknife).
+/// A coefficient with its standard error by the residuals, and by leaving out each pair
+/// (jackknife).
 fn harmonic(whole: &Regression<FACTORS>, others: &[Regression<FACTORS>], index: usize) -> Estimate {
     let Estimate {
         value,

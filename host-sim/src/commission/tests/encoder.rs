@@ -27,8 +27,8 @@ fn limits_of(half_mdeg: i32) -> Limits {
     }
 }
 
-/// The harmonics of the plant's encoder, which shows `y = s x + z + a sin(n x + p)` at the angle `x`
-/// of the shaft: of `n s (y - z) + p`, as the cosine and the sine of `n y` without the error; deg.
+/// The harmonics of the plant's encoder, which shows `y = s x + z + a sin(n x + p)` at the angle
+/// `x` of the shaft: of `n s (y - z) + p`, as the cosine and the sine of `n y` without the error; deg.
 fn truth(options: &BoardPlantOptions) -> [f64; 4] {
     let EncoderParameters {
         magnet_zero_deg,
@@ -113,13 +113,12 @@ fn the_stops_are_found_with_the_corrected_angle() {
     };
     let found = measure(&mut client, &limits).expect("a good bench");
     assert!(found.encoder.harmonics.is_some());
-    let (low, high) = found.range_mdeg;
-    // 3 deg within the stops; the zero is that of the encoder, which is off by its error there.
-    let travel_deg = f64::from(high - low) * 1e-3;
-    assert!(
-        (travel_deg - 2.0 * (stop_deg - 3.0)).abs() < 0.5,
-        "{travel_deg} deg"
-    );
+    // 3 deg within the stops, from the zero of the encoder: the shaft is at -1.376 deg there.
+    let ((low, high), zero_deg) = (found.range_mdeg, -1.376);
+    for (found_mdeg, end_deg) in [(low, 3.0 - stop_deg), (high, stop_deg - 3.0)] {
+        let off_deg = f64::from(found_mdeg) * 1e-3 - (end_deg - zero_deg);
+        assert!(off_deg.abs() < 0.5, "{low} to {high} mdeg");
+    }
 }
 
 #[test]
