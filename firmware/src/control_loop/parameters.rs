@@ -147,6 +147,51 @@ mod tests {
     }
 
     #[test]
+    fn another_error_of_the_encoder_waits_until_the_drive_is_off_and_is_no_motion() {
+        let before = LoopParameters::of(&StoredParameters::DEFAULT);
+        let mut after = LoopParameters {
+            number: 1,
+            ..before
+        };
+        let sine = EncoderHarmonics {
+            first_mdeg: (0, 1400),
+            ..EncoderHarmonics::default()
+        };
+        after.encoder = EncoderCorrection::new(&sine, before.board.control.mounting());
+        let (mut commands, excitation) = (Commands::new(), ExcitationRequest::NONE);
+        let mut control_loop = Loop::new((&commands, &before, &excitation), Start::default());
+        let quarter_turn = EncoderWord::of(EncoderCount::new(1024), Magnet::Steady);
+        // The control words, and the message of parameters; whether it is taken then.
+        let steps = [
+            (0x06, &before, 0),
+            (0x07, &before, 0),
+            (0x0f, &before, 0),
+            (0x0f, &before, 0),
+            (0x0f, &before, 0),
+            (0x0f, &after, 0),
+            (0x0f, &after, 0),
+            (0x06, &after, 0),
+            (0x06, &after, 1),
+        ];
+        for (control, parameters, number) in steps {
+            let (taken, mut command) = (commands.number(), *commands.newest());
+            command.control = control;
+            assert!(commands.set(&command, false, taken));
+            let outputs = control_loop.step(&Inputs {
+                samples: &Samples::at_rest(quarter_turn),
+                was_late: false,
+                commands: &commands,
+                parameters,
+                excitation: &excitation,
+            });
+            assert_eq!(outputs.taken.parameters, number, "{:?}", outputs.state);
+            assert_eq!(outputs.telemetry.velocity_mdeg_s, 0);
+            let angle_deg = if number == 0 { 90.0 } else { 88.6 };
+            assert!((outputs.telemetry.angle.to_f64() - angle_deg).abs() < 1e-3);
+        }
+    }
+
+    #[test]
     fn a_restart_takes_the_parameters_of_the_mailbox() {
         let before = LoopParameters::of(&StoredParameters::DEFAULT);
         let (mut commands, excitation) = (Commands::new(), ExcitationRequest::NONE);
