@@ -30,6 +30,7 @@ mod back_emf_brake;
 mod current_limit;
 mod dead_band;
 mod feed_forward;
+mod known_motor;
 mod regulation;
 mod requests;
 mod stop_progress;
@@ -58,7 +59,7 @@ use crate::{
     faults::{ALWAYS, Fault, FaultSet, LatchedFaults, OF_COMMANDS, PERMANENT, Reaction},
     measure::Single,
     parameters::{BoardParameters, StopSettings},
-    protection::{Conditions, Counter, Learned, Measured, Protection, Winding},
+    protection::{Conditions, Counter, Measured, Protection, Winding},
     timing::periods,
     velocity::VelocityTracker,
 };
@@ -188,25 +189,6 @@ impl Application {
     /// The temperatures of the motor.
     pub(crate) fn winding(&self) -> &Winding {
         self.protection.winding()
-    }
-
-    /// What is known of the motor, which outlives a restart.
-    pub(crate) fn known_motor(&self) -> KnownMotor {
-        KnownMotor {
-            learned: self.protection.learned(),
-            brake: self.back_emf_brake,
-        }
-    }
-
-    /// Continues with what was known before a restart.
-    pub(crate) fn continue_with(&mut self, known: KnownMotor) {
-        self.protection.continue_with(known.learned);
-        self.back_emf_brake = known.brake;
-    }
-
-    /// The constants of the motor are others.
-    pub(crate) fn forget_constant(&mut self) {
-        self.protection.forget_constant();
     }
 
     /// Whether the heat of the winding or a weak supply reduces the current.
@@ -471,13 +453,6 @@ impl Application {
         t.velocity_mdeg_s = self.velocity.mdeg_s();
         t.latched = self.latched.all();
     }
-}
-
-/// What is known of the motor.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct KnownMotor {
-    learned: Learned,
-    brake: BackEmfBrake,
 }
 
 /// The outputs before the first control period. Not inlined: they are then written where they stay.

@@ -94,8 +94,7 @@ impl Play {
         }
     }
 
-    /// Takes the back-EMF, mV, while the bridge is off. Below `least_mv`
-    /// the motor hardly turns.
+    /// Takes the back-EMF, mV, while the bridge is off. Below `least_mv` the motor hardly turns.
     pub fn idle(&mut self, mean_mv: i32, least_mv: i32) {
         if mean_mv.abs() < least_mv {
             self.offsets = self.offsets.saturating_add(1).min(OFFSET_LENGTH);

@@ -22,7 +22,7 @@ const LOOP: &str = "A multisine in the closed loop, with the gains in force. Mar
     and those of the motor as the sweep shows it.";
 
 /// Names of the parts of the encoder's error.
-const HARMONICS: [&str; 4] = [
+const ENCODER_NAMES: [&str; 4] = [
     "encoder once a turn, cosine",
     "encoder once a turn, sine",
     "encoder twice a turn, cosine",
@@ -49,7 +49,7 @@ impl Findings {
             ("delay", "s", "chirp", dynamics.delay_s),
         ];
         let harmonics = self.encoder.harmonics.iter().flat_map(Harmonics::all);
-        let harmonics = HARMONICS.into_iter().zip(harmonics);
+        let harmonics = ENCODER_NAMES.into_iter().zip(harmonics);
         let of_turn = "runs over a turn";
         estimates.extend(harmonics.map(|(name, harmonic)| (name, "deg", of_turn, harmonic)));
         estimates

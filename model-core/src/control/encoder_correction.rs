@@ -30,8 +30,8 @@ const INTERVAL_BITS: u32 = (COUNTS_PER_TURN as u32 / INTERVALS as u32).ilog2();
 /// An entry of the table is in 2^-7 counts.
 const ENTRY_BITS: u32 = 7;
 
-/// Entries of the table in a radian.
-const ENTRIES_PER_RAD: f32 =
+/// Units of an entry in a radian.
+const UNITS_PER_RAD: f32 =
     ((COUNTS_PER_TURN as u32) << ENTRY_BITS) as f32 / (2.0 * core::f32::consts::PI);
 
 /// A deviation is in 2^-14 counts: an entry, interpolated between the counts of an interval.
@@ -87,7 +87,7 @@ pub struct EncoderHarmonics {
 pub struct EncoderCorrection {
     /// The deviation at the start of each interval from the mounting's zero, in the direction of
     /// positive duty. `h` is within 4.25 deg once and as much twice a turn, and `h'` within 0.23:
-    /// the difference of two errors is within 22.1 deg, 32,186 of an entry's unit.
+    /// the difference of two errors is within 22.1 deg, 32,186 units.
     table: [i16; INTERVALS],
 }
 
@@ -131,7 +131,7 @@ impl EncoderCorrection {
         let mut at_zero = None;
         let table = core::array::from_fn(|_| {
             let error = error(at);
-            let entry = sign * (error - *at_zero.get_or_insert(error)) * ENTRIES_PER_RAD;
+            let entry = sign * (error - *at_zero.get_or_insert(error)) * UNITS_PER_RAD;
             at = rotated(at, (cos, sin * sign));
             // `as` saturates.
             libm::roundf(entry) as i16

@@ -6,6 +6,7 @@ use model_core::sensors::noise::Noise;
 
 use super::bench::client_within;
 use super::{LIMITS, secret};
+use crate::commission::runs::ECCENTRICITY_DEG;
 use crate::commission::{Limits, measure, page};
 
 /// A magnet off its axis by the whole tolerance, in any direction.
@@ -14,7 +15,7 @@ fn eccentric(seed: u64) -> BoardPlantOptions {
     let mut chance = Noise::new(seed, 43);
     options.drivetrain.gear_train.hard_stop_deg = 30_000.0;
     let encoder = &mut options.encoder;
-    encoder.misalignment_first_deg = 1.4;
+    encoder.misalignment_first_deg = ECCENTRICITY_DEG;
     encoder.misalignment_second_deg = 0.5;
     encoder.misalignment_second_phase_deg = chance.gaussian(1e3) % 360.0;
     options
@@ -28,7 +29,8 @@ fn limits_of(half_mdeg: i32) -> Limits {
 }
 
 /// The harmonics of the plant's encoder, which shows `y = s x + z + a sin(n x + p)` at the angle
-/// `x` of the shaft: of `n s (y - z) + p`, as the cosine and the sine of `n y` without the error; deg.
+/// `x` of the shaft: of `n s (y - z) + p`, as the cosine and the sine of `n y` without the error;
+/// deg.
 fn truth(options: &BoardPlantOptions) -> [f64; 4] {
     let EncoderParameters {
         magnet_zero_deg,
