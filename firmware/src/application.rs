@@ -283,7 +283,7 @@ impl Application {
         self.feed_forward.demand(rate_mdeg_s, voltage_mv);
     }
 
-    /// The last step ended too late: its duty took effect one PWM period after it was due. That
+    /// The last step ended too late: its duty took effect one update period after it was due. That
     /// counts as a missed control period, but no sample was lost.
     pub fn was_late(&mut self) {
         self.is_late = true;

@@ -29,10 +29,10 @@ use self::{play::Play, supply::Supply};
 use crate::{
     application::{BoardState, Outputs},
     parameters::{HealthSettings, ModelSettings},
-    timing::thousandths,
+    timing::{periods, thousandths},
 };
 
-/// Least rate of a motion, deg/s: two counts of the encoder in a control period.
+/// Least rate of a motion, deg/s: two counts of the encoder in 4 ms.
 const LEAST_DEG_S: f32 = 40.0;
 
 /// The motor hardly turns below this share of the least rate: 5 deg/s.
@@ -47,10 +47,10 @@ fn least_mv(model: &ModelSettings) -> i32 {
 }
 
 /// Control periods of a mean, 16 s of motion.
-const LENGTH: u16 = 4096;
+const LENGTH: u16 = periods(16_384);
 
 /// Control periods in motion, each way, after which the means are reported: 4 s.
-const ENOUGH: u16 = 1024;
+const ENOUGH: u16 = periods(4_096);
 
 /// Fractional bits of a mean.
 const FRACTION: u32 = 13;

@@ -208,7 +208,7 @@ pub enum Refused {
     Parameter(Parameter),
 }
 
-/// The command to the bridge, effective from the next PWM edge.
+/// The command to the bridge, effective from the next update.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Bridge {
     /// All switches open.

@@ -21,12 +21,15 @@ pub fn samples(sampled: &Sampled) -> Samples {
     Samples {
         encoder: Some(sampled.sensed.encoder.word()),
         current: sampled.converted.map(|converted| converted.current),
-        scan: sampled.converted.map(|converted| Scan {
-            leg_a: converted.legs.a,
-            leg_b: converted.legs.b,
-            supply: converted.supply,
-            temperature: converted.temperature,
-        }),
+        scan: sampled
+            .converted
+            .zip(sampled.scanned)
+            .map(|(converted, scanned)| Scan {
+                leg_a: scanned.legs.a,
+                leg_b: scanned.legs.b,
+                supply: converted.supply,
+                temperature: scanned.temperature,
+            }),
         servo_pulse_us: None,
         bridge_tripped: false,
         missed_periods: 0,

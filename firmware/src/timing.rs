@@ -2,7 +2,7 @@
 
 use model_core::{
     control::units::{Angle, Quantity, Rate},
-    time::{CONTROL_RATE_HZ, PWM_PERIODS_PER_CONTROL_PERIOD},
+    time::{CONTROL_RATE_HZ, UPDATE_PERIODS_PER_CONTROL_PERIOD},
 };
 
 /// Length of one control period, ms.
@@ -13,13 +13,13 @@ const _: () = assert!(
     "a control period is a whole number of milliseconds"
 );
 
-/// The PWM periods of a control period in which the calls of the CANopen device start: at the first
-/// edge after the control step, and so that the second call ends before the last PWM period, also
+/// The update periods of a control period in which the calls of the CANopen device start: at the first
+/// edge after the control step, and so that the second call ends before the last update period, also
 /// if that is short.
 pub const COMMUNICATION_PERIODS: [u32; 2] = {
-    let eighth = PWM_PERIODS_PER_CONTROL_PERIOD / 8;
+    let eighth = UPDATE_PERIODS_PER_CONTROL_PERIOD / 8;
     let first = if eighth == 0 { 1 } else { eighth };
-    [first, PWM_PERIODS_PER_CONTROL_PERIOD / 2 - eighth]
+    [first, UPDATE_PERIODS_PER_CONTROL_PERIOD / 2 - eighth]
 };
 
 /// Whole control periods in a time, at least one; saturates at 65,535.

@@ -28,10 +28,10 @@ use crate::named::Named;
 use crate::parameter::{ParameterError, Value};
 use crate::plant::Pwm;
 use crate::presets::{self, Preset};
-use crate::time::{PWM_PERIOD_TICKS, ticks};
+use crate::time::{UPDATE_PERIOD_TICKS, ticks};
 
 /// Default number of ticks between two rows: 1 ms.
-pub const DEFAULT_EVERY: u64 = PWM_PERIOD_TICKS;
+pub const DEFAULT_EVERY: u64 = UPDATE_PERIOD_TICKS;
 
 /// The default input.
 pub const DEFAULT_INPUT: &str = "pulse";

@@ -4,19 +4,37 @@
 //! there. Every event time is a whole number of ticks, so that nothing drifts and every target
 //! agrees on the order of events.
 //!
-//! The rates are those of the paper, section II.A. To change one, change it here. A build with the
-//! environment variable `ACTUATOR_RATES_500_HZ` has the alternative rates, which
-//! `tests/rates/check.sh` tests. It is not a feature, so that no dependency can switch it on for
-//! others.
+//! The rates are those of the paper, section II.A. A build with the environment variable
+//! `ACTUATOR_RATES_1_KHZ` has the second set, which `tests/rates/check.sh` tests. It is not a
+//! feature, so that no dependency can switch it on for others.
+//!
+//! | | paper | second set |
+//! |---|---|---|
+//! | control step | 250 Hz | 1 kHz |
+//! | update of the compare values | 1 kHz | 4 kHz |
+//! | PWM | 1 kHz | 20 kHz |
+//! | current | 250 Hz | 1 kHz |
+//! | back-EMF, in a coast window | 250 Hz | 250 Hz |
+//!
+//! An update period is the time between two edges at which compare values take effect: one PWM
+//! period of the paper, five of the second set. There the inductance of the winding smooths the
+//! current and no human ear detects the PWM. The coast window takes 5 % of the drive in both sets;
+//! in every control period it would take 20 % at 1 kHz.
 
-/// Whether this build has the alternative rates.
-const ALTERNATIVE_RATES: bool = option_env!("ACTUATOR_RATES_500_HZ").is_some();
+/// Whether this build has the second set of rates.
+const SECOND_SET: bool = option_env!("ACTUATOR_RATES_1_KHZ").is_some();
 
 /// Rate of the control step, Hz.
-pub const CONTROL_RATE_HZ: u32 = if ALTERNATIVE_RATES { 500 } else { 250 };
+pub const CONTROL_RATE_HZ: u32 = if SECOND_SET { 1_000 } else { 250 };
+
+/// Rate at which the compare values of the PWM are updated, Hz.
+pub const UPDATE_RATE_HZ: u32 = if SECOND_SET { 4_000 } else { 1_000 };
 
 /// Rate of the PWM, Hz.
-pub const PWM_RATE_HZ: u32 = if ALTERNATIVE_RATES { 4_000 } else { 1_000 };
+pub const PWM_RATE_HZ: u32 = if SECOND_SET { 20_000 } else { 1_000 };
+
+/// Rate of the coast windows, in which the back-EMF is sampled, Hz.
+pub const WINDOW_RATE_HZ: u32 = 250;
 
 /// Ticks in one second.
 pub const TICKS_PER_SECOND: u64 = 20_000;
@@ -24,11 +42,15 @@ pub const TICKS_PER_SECOND: u64 = 20_000;
 /// Length of one tick, s.
 pub const TICK_S: f64 = 1.0 / TICKS_PER_SECOND as f64;
 
-/// Ticks in one PWM period.
-pub const PWM_PERIOD_TICKS: u64 = whole_quotient(TICKS_PER_SECOND, PWM_RATE_HZ as u64);
+/// PWM periods in one update period.
+pub const PWM_PERIODS_PER_UPDATE: u32 =
+    whole_quotient(PWM_RATE_HZ as u64, UPDATE_RATE_HZ as u64) as u32;
 
-/// Length of one PWM period, ns.
-pub const PWM_PERIOD_NS: u64 = whole_quotient(1_000_000_000, PWM_RATE_HZ as u64);
+/// Ticks in one update period.
+pub const UPDATE_PERIOD_TICKS: u64 = whole_quotient(TICKS_PER_SECOND, UPDATE_RATE_HZ as u64);
+
+/// Length of one update period, ns.
+pub const UPDATE_PERIOD_NS: u64 = whole_quotient(1_000_000_000, UPDATE_RATE_HZ as u64);
 
 /// Ticks in one control period.
 pub const CONTROL_PERIOD_TICKS: u64 = whole_quotient(TICKS_PER_SECOND, CONTROL_RATE_HZ as u64);
@@ -39,9 +61,13 @@ pub const CONTROL_PERIOD_US: u32 = whole_quotient(1_000_000, CONTROL_RATE_HZ as 
 /// Length of one control period, s.
 pub const CONTROL_PERIOD_S: f64 = 1.0 / CONTROL_RATE_HZ as f64;
 
-/// PWM periods in one control period.
-pub const PWM_PERIODS_PER_CONTROL_PERIOD: u32 =
-    whole_quotient(PWM_RATE_HZ as u64, CONTROL_RATE_HZ as u64) as u32;
+/// Update periods in one control period.
+pub const UPDATE_PERIODS_PER_CONTROL_PERIOD: u32 =
+    whole_quotient(UPDATE_RATE_HZ as u64, CONTROL_RATE_HZ as u64) as u32;
+
+/// Control periods from one coast window to the next.
+pub const CONTROL_PERIODS_PER_WINDOW: u32 =
+    whole_quotient(CONTROL_RATE_HZ as u64, WINDOW_RATE_HZ as u64) as u32;
 
 /// `a / b`, which must be an integer: checked at compile time.
 const fn whole_quotient(a: u64, b: u64) -> u64 {

@@ -1,14 +1,15 @@
 //! The sampled loop at the rates of this build against the referee at the same rates.
 //!
-//! In the default build these are 250 Hz and 1 kHz; `tests/rates/check.sh` builds it with 500 Hz
-//! and 4 kHz.
+//! In the default build these are 250 Hz and 1 kHz; `tests/rates/check.sh` builds it with 1 kHz
+//! and 20 kHz.
 
 use model_core::{
     actuator::{Actuator, ModelKind, PlantKind, Settings},
     excitation::catalogue::Input,
     presets::preset,
     time::{
-        CONTROL_PERIOD_TICKS, CONTROL_RATE_HZ, PWM_PERIOD_TICKS, PWM_RATE_HZ, TICKS_PER_SECOND,
+        CONTROL_PERIOD_TICKS, CONTROL_RATE_HZ, PWM_RATE_HZ, TICKS_PER_SECOND, UPDATE_PERIOD_TICKS,
+        UPDATE_RATE_HZ,
     },
 };
 
@@ -16,7 +17,7 @@ use model_core::{
 fn referee() -> &'static str {
     match (CONTROL_RATE_HZ, PWM_RATE_HZ) {
         (250, 1_000) => "fw",
-        (500, 4_000) => "fw-500",
+        (1_000, 20_000) => "fw-1000",
         rates => panic!("the referee has no rows at {rates:?} Hz"),
     }
 }
@@ -40,7 +41,7 @@ fn rows(input: &str) -> Vec<(u64, f64)> {
 fn the_periods_are_those_of_the_rates() {
     let ticks = TICKS_PER_SECOND;
     assert_eq!(CONTROL_PERIOD_TICKS * u64::from(CONTROL_RATE_HZ), ticks);
-    assert_eq!(PWM_PERIOD_TICKS * u64::from(PWM_RATE_HZ), ticks);
+    assert_eq!(UPDATE_PERIOD_TICKS * u64::from(UPDATE_RATE_HZ), ticks);
 }
 
 #[test]

@@ -7,7 +7,7 @@ use board_tests::frames::{Frame, read, sent, start, write_real};
 use board_tests::native::NativeBoard;
 use board_tests::program::run_master;
 use board_tests::workloads::command;
-use model_core::time::{CONTROL_RATE_HZ, PWM_PERIODS_PER_CONTROL_PERIOD};
+use model_core::time::{CONTROL_RATE_HZ, UPDATE_PERIODS_PER_CONTROL_PERIOD};
 use virtual_board::board::ChipKind;
 use virtual_board::plant::{BoardPlantOptions, Bridge};
 use virtual_board::run::Options;
@@ -57,7 +57,7 @@ fn assert_same_plant(chip: ChipKind, seconds: u64) -> [Vec<Frame>; 2] {
 
     let rows = &emulated.trace.rows;
     println!("{chip:?}: the first PWM edge at {} ns", rows[0].at_ns);
-    assert!(rows.len() as u64 >= u64::from(PWM_PERIODS_PER_CONTROL_PERIOD) * ticks);
+    assert!(rows.len() as u64 >= u64::from(UPDATE_PERIODS_PER_CONTROL_PERIOD) * ticks);
     native.assert_same(rows);
     let driven = rows
         .iter()

@@ -11,7 +11,7 @@ use std::env;
 use board_tests::frames::{fault, faults};
 use board_tests::native::NativeBoard;
 use board_tests::program::run_master;
-use model_core::time::{CONTROL_PERIOD_US, PWM_PERIOD_NS};
+use model_core::time::{CONTROL_PERIOD_US, UPDATE_PERIOD_NS};
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use virtual_board::faults::Planned;
 use virtual_board::plant::BoardPlantOptions;
@@ -77,7 +77,7 @@ fn native(state: State, faults_planned: Vec<Planned>) -> Motion {
     let shaft = (1..)
         .zip(board.motion())
         .map(|(edge, (angle_deg, rate_deg_s))| Shaft {
-            at_ns: edge * PWM_PERIOD_NS,
+            at_ns: edge * UPDATE_PERIOD_NS,
             angle_deg,
             rate_deg_s,
         });

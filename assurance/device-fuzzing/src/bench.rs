@@ -13,7 +13,7 @@ use model_core::sensors::adc::AdcCode;
 use model_core::sensors::dividers::leg_code;
 use model_core::sensors::encoder::Encoder;
 use model_core::sensors::noise::Noise;
-use model_core::time::{CONTROL_PERIOD_US, PWM_PERIODS_PER_CONTROL_PERIOD};
+use model_core::time::{CONTROL_PERIOD_US, UPDATE_PERIODS_PER_CONTROL_PERIOD};
 
 use crate::action::{Action, Disturbance};
 use crate::oracle::{Oracle, Period, Summary};
@@ -175,7 +175,7 @@ impl<'a> Bench<'a> {
     /// The motor during a control period: the decision of the board acts from the second PWM period
     /// on.
     fn turn(&mut self, outputs: &Outputs) {
-        for period in 0..PWM_PERIODS_PER_CONTROL_PERIOD {
+        for period in 0..UPDATE_PERIODS_PER_CONTROL_PERIOD {
             self.plant.start_period(self.duty_pct);
             if period == 0 {
                 self.duty_pct = match outputs.bridge {

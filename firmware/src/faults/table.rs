@@ -104,9 +104,9 @@ pub const HOLDABLE: FaultSet = FaultSet::of(&[
 
 /// Control periods in which twice the rated current heats the winding of the default model from 25
 /// to 120 deg C.
-const OVERLOADED_PERIODS: i32 = 9_520;
+const OVERLOADED_PERIODS: i32 = 38_080 / CONTROL_PERIOD_MS;
 
-/// PWM period, the delay until a new duty takes effect.
+/// Update period of the PWM at most, the delay until a new duty takes effect.
 const PWM_PERIOD_MS: u32 = 1;
 
 impl Fault {

@@ -14,7 +14,7 @@
 //! off is the offset, and is subtracted. A load that presses the gears to one side hides the play.
 
 use super::Mean;
-use crate::timing::thousandths;
+use crate::timing::{periods, thousandths};
 use model_core::control::units::Angle;
 
 /// The first and the second angle of a motion, mdeg.
@@ -29,11 +29,11 @@ const MOST_MDEG: i32 = 20_000;
 const REST_MDEG: i32 = 220;
 
 /// Control periods of a rest at least, 0.1 s.
-const SHORTEST_REST: u16 = 25;
+const SHORTEST_REST: u16 = periods(100);
 
 /// Control periods of a rest and its motion at most, 30 s: the offset is known to 0.1 mV, which is
 /// 0.15 deg of 20 mV s/deg then, and cancels in the mean of both ways where their rests are equal.
-const LONGEST: u16 = 7500;
+const LONGEST: u16 = periods(30_000);
 
 /// Motions of a mean, and those of each way after which it is known.
 const LENGTH: u16 = 32;
@@ -41,7 +41,7 @@ const ENOUGH: u16 = 4;
 
 /// Parts of a mV in which the offset is kept, and the control periods of its mean, 60 s.
 const OFFSET_PARTS: i32 = 16;
-const OFFSET_LENGTH: u16 = 15_000;
+const OFFSET_LENGTH: u16 = periods(60_000);
 
 /// What the shaft does since the last place where it rested, or which it passed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -134,7 +134,7 @@ impl Play {
 
     /// A motion goes on, to this travel in its direction.
     fn run(&mut self, first: Option<(i32, i32)>, travel: i32, angle: Angle) {
-        // Below 2^14 times 7,500 control periods.
+        // Below 2^14 times 30,000 control periods.
         let offset = self.offset.whole() * i32::from(self.periods) / OFFSET_PARTS;
         let sum = self.sign * self.sum.saturating_sub(offset);
         match first {

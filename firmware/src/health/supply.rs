@@ -8,7 +8,7 @@
 //! the current. What it gives later makes the result up to a quarter too low.
 
 use super::Mean;
-use crate::interface::Telemetry;
+use crate::{interface::Telemetry, timing::periods};
 use model_core::control::units::Percent;
 
 /// Least duty of a load, and greatest of an idle bridge.
@@ -19,13 +19,13 @@ const IDLE_DUTY: Percent = Percent::from_int(5);
 const LEAST_MA: i32 = 100;
 
 /// Control periods of a mean: 2 s.
-const LENGTH: u16 = 512;
+const LENGTH: u16 = periods(2_048);
 
 /// Control periods, each with and without a load, after which the resistance is known: 1 s.
-const ENOUGH: u16 = 256;
+const ENOUGH: u16 = periods(1_024);
 
 /// Control periods without a value after which a mean is too old: 8 s.
-const OLDEST: u16 = 2048;
+const OLDEST: u16 = periods(8_192);
 
 /// Means of supply and current.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -52,17 +52,26 @@ use model_core::time::CONTROL_RATE_HZ;
 use crate::{
     faults::{Fault, FaultSet},
     measure::MotorConstants,
+    timing::periods,
 };
 use constant::ConstantError;
 use motor::MotorTravel;
 pub(super) use offset::LegOffset;
 use offset::{OFFSET_MDEG_S, Resting};
 
-/// Distances are in mdeg times the control rate: a rate of 1 mdeg/s adds 1 in a control period.
-const MDEG: i32 = CONTROL_RATE_HZ as i32;
+/// Distances are in parts of a mdeg: a rate of 1 mdeg/s adds one in 4 ms.
+const MDEG: i32 = 250;
 
-/// A count in mdeg times the control rate.
-const COUNT: i32 = (360_000.0 / 4096.0 * CONTROL_RATE_HZ as f64 + 0.5) as i32;
+/// The distance of a rate, mdeg/s, in a control period.
+const fn per_period(rate_mdeg_s: i32) -> i32 {
+    const PARTS: i32 = CONTROL_RATE_HZ as i32 / MDEG;
+    rate_mdeg_s / PARTS
+}
+
+const _: () = assert!(CONTROL_RATE_HZ.is_multiple_of(MDEG as u32));
+
+/// A count.
+const COUNT: i32 = (360_000.0 / 4096.0 * MDEG as f64 + 0.5) as i32;
 
 /// Sum of the residual at which the encoder is implausible.
 const LIMIT_MDEG: i32 = 2_200;
@@ -75,13 +84,13 @@ const WINDOW_MDEG: i32 = 1_900;
 const BEYOND_PLAY_MDEG: i32 = 2_000;
 
 /// Control periods after which a drift of 20 deg/s is detected.
-pub const AT_20_DEG_S_PERIODS: i32 = LIMIT_MDEG * MDEG / (20_000 - OFFSET_MDEG_S) + 1;
+pub const AT_20_DEG_S_PERIODS: i32 = LIMIT_MDEG * MDEG / per_period(20_000 - OFFSET_MDEG_S) + 1;
 
 /// Control periods without a count of travel after which an implausible encoder is stuck.
-const STILL: u8 = 3;
+const STILL: u8 = periods(12) as u8;
 
-/// Control periods of the leak, 2.05 s, as a power of two.
-const LEAK: i32 = 9;
+/// Control periods of the leak, 2.05 s, as a power of two: 9 at 250 Hz.
+const LEAK: u32 = periods(2_050).ilog2();
 
 /// The state of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -130,7 +139,7 @@ impl TravelGuard {
         if self.motor.is_known() {
             self.above = next(self.above, residual - above);
             self.below = next(self.below, -residual - below);
-            // The motor's is at most 2^21 mdeg/s for 2^9 periods; that of accepted residuals less.
+            // The motor's is at most 2^21 mdeg/s for the leak, 2^30; that of accepted residuals less.
             self.drift += residual - (self.drift >> LEAK) * self.motor.periods;
             self.motion += self.motor.expected - (self.motion >> LEAK) * self.motor.periods;
             self.constant.learn(self.drift, self.motion);
@@ -148,8 +157,8 @@ impl TravelGuard {
     /// that is itself beyond the window.
     #[inline(never)]
     fn rejects(&self, residual: i32, window: i32, greatest_rate_deg_s: i32) -> bool {
-        // At most 40,000 deg/s: 2^31 for 53 periods.
-        let blind = greatest_rate_deg_s * 1000 * self.motor.blind_periods();
+        // At most 40,000 deg/s: 2^31 for 212 ms.
+        let blind = per_period(greatest_rate_deg_s * 1000) * self.motor.blind_periods();
         let own = residual - self.held * COUNT;
         residual.abs().min(own.abs()) > window + blind
     }
@@ -215,7 +224,7 @@ impl TravelGuard {
 
     /// What an intact drive may contribute to a positive and to a negative residual.
     fn allowances(&self) -> (i32, i32) {
-        let offset = self.offset.rate_mdeg_s() * self.motor.periods;
+        let offset = per_period(self.offset.rate_mdeg_s()) * self.motor.periods;
         let (above, below) = self.constant.tolerances(self.motor.expected);
         (above + offset, below + offset)
     }
@@ -223,7 +232,7 @@ impl TravelGuard {
 
 /// The sum of the residual with this offset alone, and the limit.
 const fn least_drift(offset_mdeg_s: i32) -> i32 {
-    LIMIT_MDEG * MDEG + offset_mdeg_s * (1 << LEAK)
+    LIMIT_MDEG * MDEG + per_period(offset_mdeg_s) * (1 << LEAK)
 }
 
 /// The next value of a sum. It ends at twice its limit, so that it falls again in time.

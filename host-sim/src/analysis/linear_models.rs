@@ -17,7 +17,7 @@ use super::transfer_function::TransferFunction;
 use model_core::control::parameters::ControlParameters;
 use model_core::parameter::{Parameter, ParameterError, Parameters};
 use model_core::plant::first_order::FirstOrderParameters;
-use model_core::time::{CONTROL_PERIOD_S, PWM_RATE_HZ};
+use model_core::time::{CONTROL_PERIOD_S, UPDATE_RATE_HZ};
 
 model_core::parameters! {
     /// The motor for one direction of rotation.
@@ -63,7 +63,7 @@ model_core::parameters! {
         /// Control period.
         control_period_s ["T"]: CONTROL_PERIOD_S, "s", 1e-4, 0.1, "that of the board; paper, section II.A";
         /// Time from the sampling of the angle to the change of the duty.
-        duty_delay_s [""]: 1.0 / PWM_RATE_HZ as f64, "s", 0.0, 0.8, "the next edge of the PWM; at most 8 control periods";
+        duty_delay_s [""]: 1.0 / UPDATE_RATE_HZ as f64, "s", 0.0, 0.8, "the next edge of the PWM; at most 8 control periods";
     }
 }
 

@@ -5,15 +5,15 @@
 //! ```
 //!
 //! `v` is the supply in the on time and 0 in the off time of each PWM period; in the window at the
-//! end of the last one all switches are open, and diodes carry the current until it is zero. The
-//! board samples the current in the last period, in which it has settled; the mean, which makes the
-//! torque, is that of all four.
+//! end of the last update period all switches are open, and diodes carry the current until it is
+//! zero. The board samples the current in the last update period, in which it has settled; the
+//! mean, which makes the torque, is that of all of them.
 
 use model_core::control::pwm_timer::{
     CurrentInstant, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER, WINDOW_START,
 };
 use model_core::plant::drivetrain::electrical::ElectricalParameters;
-use model_core::time::PWM_PERIODS_PER_CONTROL_PERIOD;
+use model_core::time::UPDATE_PERIODS_PER_CONTROL_PERIOD;
 
 /// Length of a PWM period, s.
 const PERIOD_S: f64 = PWM_COUNTS as f64 * COUNT_S;
@@ -93,7 +93,7 @@ impl Winding {
         };
         // The window before has ended at no current.
         let (mut start_a, mut sum) = (0.0, 0.0);
-        for _ in 1..PWM_PERIODS_PER_CONTROL_PERIOD {
+        for _ in 1..UPDATE_PERIODS_PER_CONTROL_PERIOD {
             let (end_a, part) = until(start_a, PERIOD_S);
             (start_a, sum) = (end_a, sum + part);
         }
@@ -101,7 +101,7 @@ impl Winding {
         sum += part + self.decay(opened_a, supply_v, back_emf_v, PERIOD_S - window_s);
         Current {
             sampled_a: until(start_a, sample_s).0,
-            mean_a: sum / (PERIOD_S * f64::from(PWM_PERIODS_PER_CONTROL_PERIOD)),
+            mean_a: sum / (PERIOD_S * f64::from(UPDATE_PERIODS_PER_CONTROL_PERIOD)),
         }
     }
 
@@ -142,8 +142,8 @@ mod tests {
         let driven = Bridge::driven(compare);
         let instant = driven.current_instant();
         let mut mean_ma = 0.0;
-        for period in (0..PWM_PERIODS_PER_CONTROL_PERIOD).cycle().take(8) {
-            let has_window = period + 1 == PWM_PERIODS_PER_CONTROL_PERIOD;
+        for period in (0..UPDATE_PERIODS_PER_CONTROL_PERIOD).cycle().take(8) {
+            let has_window = period + 1 == UPDATE_PERIODS_PER_CONTROL_PERIOD;
             if period == 0 {
                 mean_ma = 0.0;
             }

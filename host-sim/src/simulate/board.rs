@@ -8,7 +8,7 @@ use model_core::{
         first_order::FirstOrder,
     },
     sensors::{adc::FrontEnd, noise::Noise},
-    time::{PWM_PERIOD_TICKS, seconds},
+    time::{UPDATE_PERIOD_TICKS, seconds},
 };
 
 use super::{Rows, Simulation};
@@ -166,15 +166,15 @@ fn drive<P: Plant>(
     while edge < ticks {
         simulation.check(edge)?;
         board.start_period(|tick| path.command.board(path.source(tick)));
-        let end = ticks.min(edge + PWM_PERIOD_TICKS);
+        let end = ticks.min(edge + UPDATE_PERIOD_TICKS);
         while shown < end {
             let within = (shown - edge) as usize;
             board.plant.pass_to(within);
             show(&board, shown, within)?;
             shown = shown.saturating_add(every);
         }
-        board.plant.pass_to(PWM_PERIOD_TICKS as usize);
-        edge += PWM_PERIOD_TICKS;
+        board.plant.pass_to(UPDATE_PERIOD_TICKS as usize);
+        edge += UPDATE_PERIOD_TICKS;
     }
     Ok(())
 }

@@ -10,7 +10,7 @@ use model_core::{
         first_order::lanes::MotorLanes,
         lanes::PlantLanes,
     },
-    time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS},
+    time::{CONTROL_PERIOD_TICKS, UPDATE_PERIOD_TICKS},
 };
 use rayon::prelude::*;
 
@@ -106,7 +106,7 @@ impl<P: PlantLanes<N>, const N: usize> pulp::NullaryFnOnce for Abreast<'_, P, N>
         };
         let see = match run.every {
             1 => Seen::All,
-            PWM_PERIOD_TICKS => Seen::Edges,
+            UPDATE_PERIOD_TICKS => Seen::Edges,
             _ => return Ok(None),
         };
         let path = run.path();

@@ -10,7 +10,7 @@ use crate::control::{
 };
 use crate::plant::{Plant, bridge_duty_pct, drivetrain::stepped::SteppedDrivetrain};
 use crate::sensors::{encoder::Encoder, noise::Noise};
-use crate::time::{CONTROL_PERIOD_TICKS, PWM_PERIOD_TICKS};
+use crate::time::{CONTROL_PERIOD_TICKS, UPDATE_PERIOD_TICKS};
 
 crate::parameters! {
     /// The timer that switches the bridge.
@@ -100,7 +100,7 @@ impl<P: Plant> ClosedLoop<P> {
         if self.now.tick.is_multiple_of(CONTROL_PERIOD_TICKS) {
             self.control(command(self.now.tick));
         }
-        self.now.tick += PWM_PERIOD_TICKS;
+        self.now.tick += UPDATE_PERIOD_TICKS;
     }
 
     fn control(&mut self, command: impl Into<Setpoint>) {
@@ -148,7 +148,7 @@ impl<P: Plant> ClosedLoop<P> {
             self.now.control.observe(&self.coefficients, count);
             self.now.control.release();
         }
-        self.now.tick += PWM_PERIOD_TICKS;
+        self.now.tick += UPDATE_PERIOD_TICKS;
     }
 
     /// Changes the coefficients of the control step without a jump of the duty.

@@ -16,7 +16,7 @@ use crate::parameter::ParameterError;
 use crate::plant::{
     PERIOD, Plant, drivetrain::stepped::SteppedDrivetrain, first_order::FirstOrder,
 };
-use crate::time::{PWM_PERIOD_TICKS, ticks};
+use crate::time::{UPDATE_PERIOD_TICKS, ticks};
 
 /// Any model, stored inline: there is no heap.
 #[derive(Debug, Clone)]
@@ -167,7 +167,7 @@ impl ActuatorCore {
             Model::Drivetrain(board) => {
                 let mut tick = first;
                 while tick < self.now.tick {
-                    if tick.is_multiple_of(PWM_PERIOD_TICKS) {
+                    if tick.is_multiple_of(UPDATE_PERIOD_TICKS) {
                         match level {
                             InputLevel::Position => board.start_period(|_| angle(arrived)),
                             InputLevel::Rate => board.start_period(|_| rate(arrived)),
@@ -176,7 +176,7 @@ impl ActuatorCore {
                         }
                     }
                     let edge = (tick + 1)
-                        .next_multiple_of(PWM_PERIOD_TICKS)
+                        .next_multiple_of(UPDATE_PERIOD_TICKS)
                         .min(self.now.tick);
                     board.plant.advance_ticks((edge - tick) as u32);
                     tick = edge;
@@ -240,14 +240,14 @@ pub(super) fn pass_edges(
     level: InputLevel,
     arrived: f64,
 ) {
-    let mut edge = ticks.start.next_multiple_of(PWM_PERIOD_TICKS);
+    let mut edge = ticks.start.next_multiple_of(UPDATE_PERIOD_TICKS);
     while edge < ticks.end {
         match level {
             InputLevel::Position => board.start_period(|_| angle(arrived)),
             InputLevel::Rate => board.start_period(|_| rate(arrived)),
             InputLevel::Duty | InputLevel::Voltage => board.start_open_period(arrived),
         }
-        edge += PWM_PERIOD_TICKS;
+        edge += UPDATE_PERIOD_TICKS;
     }
 }
 

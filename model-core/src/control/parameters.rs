@@ -13,6 +13,9 @@ impl ControlParameters {
     }
 }
 
+/// Share of a new encoder difference: 7.8 ms of time constant, `1 - 0.6^(250 Hz/rate)`.
+const RATE_FILTER: f64 = if CONTROL_RATE_HZ == 250 { 0.4 } else { 0.12 };
+
 crate::parameters! {
     /// Gains and limits of the control step; the presets of [`crate::presets`] set them.
     pub struct ControlParameters {
@@ -28,7 +31,7 @@ crate::parameters! {
         /// Feed-forward from the commanded rate to the duty that balances its back-EMF.
         feed_forward_gain ["Kff"]: 0.0, "%/(deg/s)", 0.0, 100.0, "none in the paper; 1/K of the motor balances the back-EMF";
         /// Share of a new encoder difference that enters the rate estimate.
-        rate_filter ["alpha"]: 0.4, "1", 0.001, 1.0, "at most 21 % duty ripple at rest; the paper prints none";
+        rate_filter ["alpha"]: RATE_FILTER, "1", 0.001, 1.0, "at most 21 % duty ripple at rest; the paper prints none";
         /// Least position command.
         position_min_deg [""]: -32768.0, "deg", -32768.0, 32767.0, "widest";
         /// Greatest position command.

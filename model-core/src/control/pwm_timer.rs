@@ -1,6 +1,6 @@
 //! The PWM timer of the board: from a duty to the compare value that the timer takes.
 //!
-//! At 1 kHz the timer resolves 1/560 %. The remainder of each rounding is added to the next duty
+//! At 1 kHz the timer resolves 1/560 %, at 20 kHz 1/84 %. The remainder of each rounding is added to the next duty
 //! (first-order noise shaping), so that the mean duty is exact and the shaft does not creep away
 //! from where a loop without quantisation would hold it.
 //!
@@ -9,18 +9,19 @@
 //! instants of a period: the sequences of compare values are equal to the bit.
 
 use super::units::Percent;
-use crate::time::PWM_RATE_HZ;
+use crate::time::{PWM_PERIODS_PER_UPDATE, PWM_RATE_HZ};
 
 /// Clock of the timer's peripheral, Hz.
 pub const TIMER_CLOCK_HZ: u32 = 168_000_000;
 
-/// Divider in front of the counter: with it a period of 1 ms fits the 16 bits of the timer.
-pub const TIMER_DIVIDER: u32 = 3;
+/// Divider in front of the counter: the least with which a PWM period fits the 16 bits of the
+/// timer, 3 at 1 kHz and 1 at 20 kHz.
+pub const TIMER_DIVIDER: u32 = (TIMER_CLOCK_HZ / PWM_RATE_HZ).div_ceil(1 << 16);
 
 /// Counts in one microsecond.
 pub const COUNTS_PER_US: u32 = TIMER_CLOCK_HZ / TIMER_DIVIDER / 1_000_000;
 
-/// Counts in one PWM period: 56,000 at 1 kHz.
+/// Counts in one PWM period: 56,000 at 1 kHz, 8,400 at 20 kHz.
 pub const PWM_COUNTS: i32 = (TIMER_CLOCK_HZ / TIMER_DIVIDER / PWM_RATE_HZ) as i32;
 
 const _: () = assert!(
@@ -28,26 +29,36 @@ const _: () = assert!(
     "the period fits the timer and a percent is a whole number of counts"
 );
 
+/// Counts in one update period.
+pub const UPDATE_COUNTS: u32 = PWM_COUNTS as u32 * PWM_PERIODS_PER_UPDATE;
+
 /// Counts for one percent.
 const COUNTS_PER_PERCENT: i64 = PWM_COUNTS as i64 / 100;
 
-/// Length of the coast window at the end of the last PWM period of a control period, us.
+/// Length of the coast window at the end of the last update period of a control period, us.
 ///
 /// After the switches open, the diodes carry the winding's current until it is zero: 77 us from a
 /// stall at full duty, and up to 122 us from the currents of a reversal below 1 A. The legs then
 /// settle with 6.7 us (20 kohm parallel to 10 kohm, 1 nF), within half a code after eight time
 /// constants: 122 us + 53 us = 175 us to the sample of the legs. After a greater current a leg is
 /// still at a rail, and the sample is refused.
-const WINDOW_US: u32 = 200;
+///
+/// With several PWM periods in an update period it starts 5 us before a PWM edge: a compare value
+/// at the edge itself would not match.
+const WINDOW_US: u32 = if PWM_PERIODS_PER_UPDATE == 1 {
+    200
+} else {
+    205
+};
 
 /// Time from the sample of the legs to the end of the window, us: the scan takes 13.7 us.
 const SCAN_US: u32 = 25;
 
-/// Count at which the coast window starts: all switches open.
-pub const WINDOW_START: u32 = PWM_COUNTS as u32 - WINDOW_US * COUNTS_PER_US;
+/// Counts from the start of the update period to the coast window: all switches open.
+pub const WINDOW_START: u32 = UPDATE_COUNTS - WINDOW_US * COUNTS_PER_US;
 
-/// Count at which the scan of the legs starts.
-pub const BACK_EMF_INSTANT: u32 = PWM_COUNTS as u32 - SCAN_US * COUNTS_PER_US;
+/// Counts from the start of the update period to the scan of the legs.
+pub const BACK_EMF_INSTANT: u32 = UPDATE_COUNTS - SCAN_US * COUNTS_PER_US;
 
 /// Earliest count at which the conversion of the current starts: 10 us after the edge, later than
 /// the interrupt that enables it. With shorter on times the current is sampled there, during the
@@ -57,12 +68,18 @@ const EARLIEST_CURRENT: u32 = 10 * COUNTS_PER_US;
 /// Latest count for it: current and supply take 7.8 us and must end before the window starts.
 const LATEST_CURRENT: u32 = WINDOW_START - 10 * COUNTS_PER_US;
 
+const _: () = assert!(
+    LATEST_CURRENT < PWM_COUNTS as u32,
+    "the current is sampled in the first PWM period"
+);
+
 /// Time from the compare event to the instant whose current is converted, in cycles of the timer's
 /// clock: 50 cycles of the interrupt, 448 of the converter's sampling phase (56 cycles of 21 MHz),
 /// less the delay of the amplifier, 67 cycles (400 kHz: 0.4 us).
 pub const APERTURE_CYCLES: u32 = 50 + 448 - 67;
 
-/// Count at which the current of a PWM period is sampled: the middle of the on time.
+/// Count at which the current is sampled: the middle of the on time of the first PWM period of an
+/// update period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CurrentInstant(u32);
 
@@ -104,7 +121,7 @@ impl CurrentInstant {
 pub struct PwmCompare(i32);
 
 impl PwmCompare {
-    /// -56,000 to 56,000.
+    /// -[`PWM_COUNTS`] to [`PWM_COUNTS`].
     pub const fn get(self) -> i32 {
         self.0
     }

@@ -12,10 +12,10 @@ pub mod lanes;
 
 use crate::limits::within;
 use crate::named::named;
-use crate::time::PWM_PERIOD_TICKS;
+use crate::time::UPDATE_PERIOD_TICKS;
 
 /// Ticks in one PWM period, as an index.
-pub const PERIOD: usize = PWM_PERIOD_TICKS as usize;
+pub const PERIOD: usize = UPDATE_PERIOD_TICKS as usize;
 
 named! {
     /// Bridge voltage for a duty.

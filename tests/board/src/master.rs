@@ -1,12 +1,12 @@
 //! A CANopen master that sends by a timetable.
 
-use model_core::time::PWM_PERIODS_PER_CONTROL_PERIOD;
+use model_core::time::UPDATE_PERIODS_PER_CONTROL_PERIOD;
 use virtual_board::run::{Flow, Script, View};
 
 use crate::frames::{Frame, control, start, to_wire};
 
 /// PWM periods in a control period.
-pub const PERIODS: u64 = PWM_PERIODS_PER_CONTROL_PERIOD as u64;
+pub const PERIODS: u64 = UPDATE_PERIODS_PER_CONTROL_PERIOD as u64;
 
 /// The master: `frames` returns what it sends at the start of a control period. The node receives
 /// these frames in its first call of that period, and the next control step uses them.

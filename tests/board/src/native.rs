@@ -5,7 +5,7 @@ use firmware::application::Start;
 use firmware::drive::StoredParameters;
 use firmware::native;
 use firmware::timing::COMMUNICATION_PERIODS;
-use model_core::time::PWM_PERIOD_NS;
+use model_core::time::UPDATE_PERIOD_NS;
 use virtual_board::faults::{Change, Injector, Planned};
 use virtual_board::plant::{
     BoardPlant, BoardPlantOptions, Bridge, Edge, SampledBoardPlant, Sensed,
@@ -103,7 +103,7 @@ impl NativeBoard {
         self.plant
             .tick(native::bridge(outputs.bridge), &mut |plant, edge| {
                 rows.push(Row::of(plant, edge));
-                let now_ns = rows.len() as u64 * PWM_PERIOD_NS;
+                let now_ns = rows.len() as u64 * UPDATE_PERIOD_NS;
                 for Change { fault, begins } in faults.due(now_ns, 0) {
                     fault.apply_to(&mut plant.defects, begins);
                 }
@@ -113,7 +113,7 @@ impl NativeBoard {
 
     /// The communication cycle in this PWM period of the tick.
     fn communicate(&mut self, period: u32, frames: &[Frame]) {
-        let now_us = (PERIODS * self.tick + u64::from(period)) * PWM_PERIOD_NS / 1000;
+        let now_us = (PERIODS * self.tick + u64::from(period)) * UPDATE_PERIOD_NS / 1000;
         for frame in frames {
             self.actuator.receive(frame, now_us);
             self.transmit();

@@ -4,11 +4,8 @@
 use firmware::application::{Outputs, Start};
 use firmware::control_loop::{Commands, ExcitationRequest, Inputs, Loop, LoopParameters};
 use firmware::native;
-use firmware::timing::CONTROL_PERIOD_MS;
+use firmware::timing::periods;
 use model_core::plant::board::{BoardPlant, BoardPlantOptions, Defects, SampledBoardPlant};
-
-/// Length of a control period, s.
-pub const PERIOD_S: f64 = CONTROL_PERIOD_MS as f64 * 1e-3;
 
 /// A drive that is enabled.
 pub struct Drive {
@@ -33,7 +30,7 @@ impl Drive {
             commands,
             plant: SampledBoardPlant::new(plant, &mut |_, _| {}),
         };
-        for _ in 0..100 {
+        for _ in 0..periods(400) {
             drive.control_period();
         }
         for control in [0x06, 0x07, 0x0f] {
@@ -76,6 +73,11 @@ impl Drive {
         assert!(outputs.fault.is_none(), "{:?}", outputs.fault);
         let duty_pct = outputs.telemetry.duty.to_f64();
         (duty_pct, self.plant.plant.reading().output.angle_deg)
+    }
+
+    /// Copper loss since the start, J.
+    pub fn copper_loss_j(&self) -> f64 {
+        self.plant.plant.copper_loss_j()
     }
 
     pub fn defects(&mut self) -> &mut Defects {

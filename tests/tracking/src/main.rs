@@ -13,13 +13,15 @@ use std::process::Command;
 use clap::Parser;
 use firmware::control_loop::LoopParameters;
 use firmware::parameters::{BoardParameters, ObjectValues};
+use firmware::timing::{CONTROL_PERIOD_MS, periods};
 use host_sim::input::flight_like;
 use host_sim::plot::{Figure, Panel, Series, svg};
 use model_core::plant::board::BoardPlantOptions;
+use model_core::time::{CONTROL_PERIOD_S as PERIOD_S, CONTROL_RATE_HZ, PWM_RATE_HZ};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use command::{sine, standard};
-use drive::{Drive, PERIOD_S};
+use drive::Drive;
 
 /// Measures how well the shaft follows commands, with and without feed-forward
 #[derive(Debug, Parser)]
@@ -33,7 +35,10 @@ struct Options {
 const SEEDS: u64 = 10;
 
 /// A motion lasts so many control periods, 30 s.
-const PERIODS: u32 = 7500;
+const PERIODS: u32 = 30 * CONTROL_RATE_HZ;
+
+/// Intervals of targets, ms, and their rates.
+const INTERVALS: [(i32, &str); 2] = [(4, "250 Hz"), (20, "50 Hz")];
 
 /// A loop: its name, the shares of feed-forward in thousandths, and the dead band, mdeg.
 struct Setup {
@@ -57,13 +62,13 @@ const SETUPS: [Setup; 2] = [
 ];
 
 impl Setup {
-    /// A drive whose targets come so many control periods apart.
-    fn drive(&self, seed: u64, spacing: u32) -> Drive {
-        self.drive_on(&BoardPlantOptions::realistic(seed), spacing)
+    /// A drive whose targets come so many ms apart.
+    fn drive(&self, seed: u64, interval_ms: i32) -> Drive {
+        self.drive_on(&BoardPlantOptions::realistic(seed), interval_ms)
     }
 
     /// The same on this plant.
-    fn drive_on(&self, plant: &BoardPlantOptions, spacing: u32) -> Drive {
+    fn drive_on(&self, plant: &BoardPlantOptions, interval_ms: i32) -> Drive {
         let mut values = ObjectValues::DEFAULT;
         values.tracking.velocity_permille = self.forward_permille;
         values.tracking.model_permille = self.forward_permille;
@@ -84,7 +89,7 @@ impl Setup {
                 magnet.misalignment_second_phase_deg,
             );
         }
-        values.profile.interpolation_time = (f64::from(spacing) * PERIOD_S * 1e3) as u8;
+        values.profile.interpolation_time = interval_ms as u8;
         let parameters = LoopParameters::new(&BoardParameters::DEFAULT, &values);
         Drive::enabled(plant, &parameters)
     }
@@ -128,7 +133,9 @@ struct Sample {
     duty_pct: f64,
 }
 
-fn follow(drive: &mut Drive, spacing: u32, mut command: impl FnMut(f64) -> f64) -> Vec<Sample> {
+/// Follows a command that is sent every `interval_ms`.
+fn follow(drive: &mut Drive, interval_ms: i32, mut command: impl FnMut(f64) -> f64) -> Vec<Sample> {
+    let spacing = u32::from(periods(interval_ms));
     let period = |number: u32| {
         let command_deg = command(f64::from(number) * PERIOD_S);
         if number.is_multiple_of(spacing) {
@@ -156,11 +163,11 @@ fn error_deg(samples: &[Sample]) -> f64 {
 }
 
 /// Rms error on a flight-like command at this voltage of the source, deg.
-fn flight_deg(setup: &Setup, spacing: u32, source_v: f64) -> f64 {
+fn flight_deg(setup: &Setup, interval_ms: i32, source_v: f64) -> f64 {
     mean(|seed| {
-        let mut drive = setup.drive(seed, spacing);
+        let mut drive = setup.drive(seed, interval_ms);
         drive.defects().source_v = Some(source_v);
-        error_deg(&follow(&mut drive, spacing, flight_like(seed)))
+        error_deg(&follow(&mut drive, interval_ms, flight_like(seed)))
     })
 }
 
@@ -170,8 +177,8 @@ fn different_deg(setup: &Setup, differs: Differs) -> f64 {
         let mut plant = BoardPlantOptions::realistic(seed);
         differs(&mut plant);
         error_deg(&follow(
-            &mut setup.drive_on(&plant, 5),
-            5,
+            &mut setup.drive_on(&plant, 20),
+            20,
             flight_like(seed),
         ))
     })
@@ -179,14 +186,14 @@ fn different_deg(setup: &Setup, differs: Differs) -> f64 {
 
 /// Rms error on a standard input, deg.
 fn standard_deg(setup: &Setup, name: &str) -> f64 {
-    mean(|seed| error_deg(&follow(&mut setup.drive(seed, 1), 1, standard(name))))
+    mean(|seed| error_deg(&follow(&mut setup.drive(seed, 4), 4, standard(name))))
 }
 
 /// Greatest angle beyond a step of the target, deg.
-fn overshoot_deg(setup: &Setup, spacing: u32, step_deg: f64) -> f64 {
+fn overshoot_deg(setup: &Setup, interval_ms: i32, step_deg: f64) -> f64 {
     let beyond = (0..SEEDS).into_par_iter().map(|seed| {
-        let mut drive = setup.drive(seed, spacing);
-        let samples = follow(&mut drive, spacing, |time_s| {
+        let mut drive = setup.drive(seed, interval_ms);
+        let samples = follow(&mut drive, interval_ms, |time_s| {
             if time_s < 1.0 { 0.0 } else { step_deg }
         });
         let angles = samples.iter().map(|sample| sample.angle_deg);
@@ -198,8 +205,8 @@ fn overshoot_deg(setup: &Setup, spacing: u32, step_deg: f64) -> f64 {
 /// Amplitude of the angle over that of a sine.
 fn gain(setup: &Setup, amplitude_deg: f64, frequency_hz: f64) -> f64 {
     mean(|seed| {
-        let mut drive = setup.drive(seed, 1);
-        let samples = follow(&mut drive, 1, sine(amplitude_deg, frequency_hz));
+        let mut drive = setup.drive(seed, 4);
+        let samples = follow(&mut drive, 4, sine(amplitude_deg, frequency_hz));
         // Whole turns of the second half.
         let turn = 1.0 / (frequency_hz * PERIOD_S);
         let turns = (samples.len() as f64 / 2.0 / turn).floor();
@@ -226,9 +233,9 @@ fn bandwidth_hz(setup: &Setup, amplitude_deg: f64) -> f64 {
 /// torque.
 fn rest(setup: &Setup, torque_nm: f64) -> (f64, f64) {
     let settled = |seed: u64| {
-        let mut drive = setup.drive(seed, 1);
+        let mut drive = setup.drive(seed, 4);
         drive.defects().torque_nm = torque_nm;
-        follow(&mut drive, 1, |_| 12.3 + 0.1 * seed as f64).split_off(PERIODS as usize / 2)
+        follow(&mut drive, 4, |_| 12.3 + 0.1 * seed as f64).split_off(PERIODS as usize / 2)
     };
     let seconds = f64::from(PERIODS) / 2.0 * PERIOD_S;
     let changes = mean(|seed| {
@@ -248,10 +255,30 @@ fn rest(setup: &Setup, torque_nm: f64) -> (f64, f64) {
     (changes, motion.reduce(|| 0.0, f64::max))
 }
 
+/// Copper loss while a torque is held, W.
+fn holding_loss_w(setup: &Setup, torque_nm: f64) -> f64 {
+    mean(|seed| {
+        let mut drive = setup.drive(seed, 4);
+        drive.defects().torque_nm = torque_nm;
+        follow(&mut drive, 4, |_| 12.3 + 0.1 * seed as f64);
+        drive.copper_loss_j() / (f64::from(PERIODS) * PERIOD_S)
+    })
+}
+
+/// Copper loss on the flight-like command, W.
+fn flight_loss_w(setup: &Setup) -> f64 {
+    mean(|seed| {
+        let mut drive = setup.drive(seed, 20);
+        follow(&mut drive, 20, flight_like(seed));
+        drive.copper_loss_j() / (f64::from(PERIODS) * PERIOD_S)
+    })
+}
+
 fn figure() -> Figure {
+    let shown = 8 * CONTROL_RATE_HZ as usize;
     let runs =
-        SETUPS.map(|setup| follow(&mut setup.drive(1, 5), 5, flight_like(1))[..2000].to_vec());
-    let time_s: Vec<f64> = (0..2000)
+        SETUPS.map(|setup| follow(&mut setup.drive(1, 20), 20, flight_like(1))[..shown].to_vec());
+    let time_s: Vec<f64> = (0..shown as u32)
         .map(|number| f64::from(number) * PERIOD_S)
         .collect();
     let commands: Vec<f64> = runs[0].iter().map(|sample| sample.command_deg).collect();
@@ -272,11 +299,11 @@ fn figure() -> Figure {
 fn rows() -> Vec<(String, [f64; 2])> {
     type Measure = Box<dyn Fn(&Setup) -> f64>;
     let mut measures: Vec<(String, Measure)> = Vec::new();
-    for (spacing, rate) in [(1, "250 Hz"), (5, "50 Hz")] {
+    for (interval_ms, rate) in INTERVALS {
         for source_v in [5.0, 6.0, 7.2] {
             measures.push((
                 format!("rms error, targets at {rate}, {source_v:.1} V (deg)"),
-                Box::new(move |setup| flight_deg(setup, spacing, source_v)),
+                Box::new(move |setup| flight_deg(setup, interval_ms, source_v)),
             ));
         }
     }
@@ -292,11 +319,11 @@ fn rows() -> Vec<(String, [f64; 2])> {
             Box::new(move |setup| standard_deg(setup, name)),
         ));
     }
-    for (spacing, rate) in [(1, "250 Hz"), (5, "50 Hz")] {
+    for (interval_ms, rate) in INTERVALS {
         for step_deg in [5.0, 20.0] {
             measures.push((
                 format!("step of {step_deg} deg, targets at {rate}: beyond it (deg)"),
-                Box::new(move |setup| overshoot_deg(setup, spacing, step_deg)),
+                Box::new(move |setup| overshoot_deg(setup, interval_ms, step_deg)),
             ));
         }
     }
@@ -316,6 +343,14 @@ fn rows() -> Vec<(String, [f64; 2])> {
             Box::new(move |setup| rest(setup, torque_nm).1),
         ));
     }
+    measures.push((
+        "copper loss, targets at 50 Hz (W)".to_owned(),
+        Box::new(flight_loss_w),
+    ));
+    measures.push((
+        "copper loss, 0.3 N m held (W)".to_owned(),
+        Box::new(|setup| holding_loss_w(setup, -0.3)),
+    ));
     measures
         .into_iter()
         .map(|(name, measure)| (name, SETUPS.each_ref().map(measure)))

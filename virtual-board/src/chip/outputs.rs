@@ -1,7 +1,6 @@
 //! The pins of the chip: bridge outputs, converter inputs, servo pulse.
 
-use model_core::control::pwm_timer::CurrentInstant;
-use model_core::time::PWM_PERIOD_NS;
+use model_core::control::pwm_timer::{CurrentInstant, TIMER_CLOCK_HZ};
 use rigless::device::Level;
 use rigless::soc::stm32f427::peripherals::adc::Channel as Input;
 use rigless::soc::stm32f427::peripherals::tim::Channel;
@@ -29,10 +28,10 @@ impl PwmTimer {
             return None;
         }
         let cycles = self.count * (self.prescaler + 1);
-        Some(cycles * PWM_PERIOD_NS / u64::from(PERIOD_CYCLES))
+        Some(cycles * 1_000_000_000 / u64::from(TIMER_CLOCK_HZ))
     }
 
-    /// The instant at which the next PWM period samples the current: channel 4, preloaded.
+    /// The instant at which the next update period samples the current: channel 4, preloaded.
     pub fn current_instant(&self) -> CurrentInstant {
         CurrentInstant::of_count(self.compare_4 as u32)
     }
@@ -61,7 +60,7 @@ impl Leg {
     /// The leg with a pulse of this width at the high side, ns.
     pub fn of_pulse(pulse_ns: u64) -> Self {
         // Rounded down to ns from cycles of 5.95 ns: rounding up again finds the cycles.
-        let cycles = (pulse_ns * u64::from(PERIOD_CYCLES)).div_ceil(PWM_PERIOD_NS);
+        let cycles = (pulse_ns * u64::from(TIMER_CLOCK_HZ)).div_ceil(1_000_000_000);
         Self::High(cycles as u32)
     }
 

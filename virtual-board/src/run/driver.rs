@@ -10,7 +10,7 @@ use model_core::sensors::board_figures::TRIP_A;
 use super::RunError;
 use super::board_faults::{self, BoardFaults};
 use super::firmware::Firmware;
-use super::grid::Grid;
+use super::grid::{Grid, PWM_PERIOD_NS};
 use super::options::Options;
 use super::probe::Probes;
 use super::servo::Servo;
@@ -21,8 +21,13 @@ use crate::faults::Injector;
 use crate::plant::{BoardPlant, Bridge, Slot};
 use crate::trace::{Row, Trace};
 
-/// Period of the stops while the timer has not started, ns.
-const POLL_NS: u64 = 100_000;
+/// Period of the stops while the timer has not started, ns: the first one after its start is in its
+/// first PWM period.
+const POLL_NS: u64 = if PWM_PERIOD_NS > 100_000 {
+    100_000
+} else {
+    PWM_PERIOD_NS / 2
+};
 
 /// Supply voltage below which the regulator switches the chip off, and above which it switches it
 /// on, V.
@@ -190,6 +195,7 @@ impl<S: Script> Lockstep<S> {
             at.0 + POLL_NS
         };
         let Some(since_ns) = since_ns else {
+            self.grid.lose();
             if self.plant_ns == 0 && !self.grid.is_locked {
                 board.set_encoder(self.row.sensed.encoder);
                 board.chip.set_sensor_inputs(&self.row.sensed);

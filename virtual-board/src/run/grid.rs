@@ -1,6 +1,7 @@
-//! Instants at which the run stops for the plant: ahead of the end of each slot of a PWM period.
+//! Instants at which the run stops for the plant: ahead of the end of each slot of an update period.
 
 use model_core::control::pwm_timer::CurrentInstant;
+use model_core::time::{PWM_PERIODS_PER_UPDATE, UPDATE_PERIOD_NS};
 
 use crate::plant::Slot;
 
@@ -8,12 +9,16 @@ use crate::plant::Slot;
 /// samples the current 2.6 us after the compare event that starts it.
 const AHEAD_NS: u64 = 5_000;
 
-const PERIOD_NS: u64 = model_core::time::PWM_PERIOD_NS;
+/// Length of an update period, ns.
+const PERIOD_NS: u64 = UPDATE_PERIOD_NS;
+
+/// Length of a PWM period, ns.
+pub(super) const PWM_PERIOD_NS: u64 = PERIOD_NS / PWM_PERIODS_PER_UPDATE as u64;
 
 /// Tolerance for the instant of an edge: more than an instruction takes, ns.
 const SLACK_NS: u64 = 1_000;
 
-/// The grid, locked to the PWM periods of the timer.
+/// The grid, locked to the update periods of the timer.
 #[derive(Debug, Clone)]
 pub(super) struct Grid {
     period_ns: u64,
@@ -22,6 +27,8 @@ pub(super) struct Grid {
     pub current: CurrentInstant,
     /// The timer has started.
     pub is_locked: bool,
+    /// The timer has not been seen stopped since the grid was aligned with it.
+    is_aligned: bool,
 }
 
 impl Grid {
@@ -31,6 +38,7 @@ impl Grid {
             slot: Slot::Current,
             current: CurrentInstant::of_on_time(0),
             is_locked: false,
+            is_aligned: false,
         }
     }
 
@@ -54,11 +62,23 @@ impl Grid {
         self.slot = self.slot.next();
     }
 
-    /// Aligns the grid with the timer, whose period began at this instant, ns. Returns whether the
-    /// grid moved; the present slot is then the first of the period.
+    /// The timer is stopped: its next period is the first of an update period.
+    pub fn lose(&mut self) {
+        self.is_aligned = false;
+    }
+
+    /// Aligns the grid with the timer, a PWM period of which began at this instant, ns: the first
+    /// one of an update period if the timer has just started. Returns whether the grid moved; the
+    /// present slot is then the first of the period.
     pub fn follow(&mut self, edge_ns: u64) -> bool {
-        let apart_ns = (edge_ns % PERIOD_NS).abs_diff(self.period_ns % PERIOD_NS);
-        let apart_ns = apart_ns.min(PERIOD_NS - apart_ns);
+        let repeats_ns = if self.is_aligned {
+            PWM_PERIOD_NS
+        } else {
+            PERIOD_NS
+        };
+        self.is_aligned = true;
+        let apart_ns = (edge_ns % repeats_ns).abs_diff(self.period_ns % repeats_ns);
+        let apart_ns = apart_ns.min(repeats_ns - apart_ns);
         if self.is_locked && apart_ns < SLACK_NS {
             return false;
         }

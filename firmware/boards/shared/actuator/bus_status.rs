@@ -26,15 +26,15 @@ static DISCARD_REQUESTED: AtomicBool = AtomicBool::new(false);
 /// Process data that was discarded since the reset, frames.
 static DISCARDED: AtomicU32 = AtomicU32::new(0);
 
-/// Number of the PWM period of the last turn of the CANopen device, 31 bits.
+/// Number of the update period of the last turn of the CANopen device, 31 bits.
 static PERIOD: AtomicU32 = AtomicU32::new(0);
 
-/// Sets the number of the present PWM period.
+/// Sets the number of the present update period.
 pub fn set_period(period: u32) {
     PERIOD.store(period, Relaxed);
 }
 
-/// The number of the PWM period of the last turn.
+/// The number of the update period of the last turn.
 pub fn period() -> u32 {
     PERIOD.load(Relaxed)
 }

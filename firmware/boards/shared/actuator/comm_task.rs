@@ -16,7 +16,7 @@ use super::{
     bus_status,
     mailboxes::{Mailboxes, Poster, Reader, Telemetry},
     queues::CommEnds,
-    timing::PWM_PERIOD_US,
+    timing::UPDATE_PERIOD_US,
 };
 use crate::peripherals::Acceptance;
 
@@ -40,7 +40,7 @@ pub struct CommTask {
     accepted_ids: AcceptedIds,
     /// That with which they were determined.
     identity: Identity,
-    /// Number of the PWM period of the last cycle, and its time, us.
+    /// Number of the update period of the last cycle, and its time, us.
     last_cycle: (u32, u64),
     /// Cycles in which process data has waited without a frame leaving the board, and the number of
     /// frames that had left it before.
@@ -76,7 +76,7 @@ impl CommTask {
         }
     }
 
-    /// A communication cycle, in the PWM period of this number. Returns whether there are frames to
+    /// A communication cycle, in the update period of this number. Returns whether there are frames to
     /// transmit.
     pub fn communicate(
         &mut self,
@@ -126,11 +126,11 @@ impl CommTask {
         (node.state(), node.node_id(), dronecan)
     }
 
-    /// Time of a PWM period from its number, which has 31 bits and wraps.
+    /// Time of an update period from its number, which has 31 bits and wraps.
     fn time_us(&mut self, period: u32) -> u64 {
         let (last_period, last_us) = self.last_cycle;
         let elapsed = period.wrapping_sub(last_period) & (u32::MAX >> 1);
-        let now_us = last_us.wrapping_add(u64::from(elapsed) * u64::from(PWM_PERIOD_US));
+        let now_us = last_us.wrapping_add(u64::from(elapsed) * u64::from(UPDATE_PERIOD_US));
         self.last_cycle = (period, now_us);
         now_us
     }

@@ -65,7 +65,7 @@ impl LoopTask {
         self.watchdog.begin_step(control_period)
     }
 
-    /// The control step: the first copy decides what the bridge does from the next PWM edge on.
+    /// The control step: the first copy decides what the bridge does from the next update on.
     pub fn step(&mut self, samples: &Samples, mailboxes: &Mailboxes, bridge: &mut ActuatorBridge) {
         self.was_driven = bridge.is_on();
         self.was_late = self.is_late;

@@ -2,14 +2,14 @@
 //!
 //! | priority | task | event | does |
 //! |---|---|---|---|
-//! | 4 | `pwm_edge` | each PWM edge | outputs; in the first PWM period it starts the encoder, in the last one it enables the sampling instants |
-//! | 4 | `sampling_instant` | instants in the last PWM period | starts the samples of current, back-EMF, supply and temperature; switches to coasting |
+//! | 4 | `pwm_edge` | each update of the PWM | outputs; in the first update period it starts the encoder, in the last one it enables the sampling instants |
+//! | 4 | `sampling_instant` | instants in the last update period | starts the samples of current, back-EMF, supply and temperature; switches to coasting |
 //! | 4 | `control_step` | encoder read, 38 us after the first edge | first copy of the control loop, whose outputs act at the next edge |
 //! | 4 | `comparison` | after the control step | second copy, comparison, telemetry |
 //! | 3 | `frame_received` | received frame | puts it into the queue of the communication |
 //! | 3 | `line_event` | pause of the servo bus, or end of the answer | carries out the instructions of the master |
 //! | 3 | `line_timer` | return delay | transmits the answer |
-//! | 2 | `communication_cycle` | edges of two PWM periods in between | CANopen node and drive |
+//! | 2 | `communication_cycle` | edges of two update periods in between | CANopen node and drive |
 //! | 2 | `mailbox_free` | mailbox free, and each communication cycle | frames to the controller |
 //! | 2 | `bus_status_changed` | bus error, and each communication cycle | state and bit rate of the controller |
 //! | 1 | `background` | after the comparison | flash and log |
@@ -26,7 +26,7 @@
 macro_rules! handlers {
     ($($interrupt:ident, $task:ident, $priority:literal, $runs:literal;)+) => {
         /// One line for each handler: interrupt, task, priority, runs in a control period; `#` is
-        /// the number of PWM periods.
+        /// the number of update periods, and `@` the most sampling instants.
         const LIST: &str = concat!(
             $(stringify!($interrupt), ",", stringify!($task), ",", $priority, ",", $runs, "\n"),+
         );
@@ -39,7 +39,8 @@ macro_rules! handlers {
             while at < bytes.len() {
                 bytes[at] = match LIST.as_bytes()[at] {
                     // One digit.
-                    b'#' => b'0' + (crate::actuator::timing::PWM_PERIODS % 10) as u8,
+                    b'#' => b'0' + (crate::actuator::timing::UPDATE_PERIODS % 10) as u8,
+                    b'@' => b'0' + (crate::actuator::pwm_timer::MOST_INSTANTS % 10) as u8,
                     byte => byte,
                 };
                 at += 1;
@@ -63,7 +64,7 @@ macro_rules! actuator_program {
     ) => {
         handlers! {
             $edge, pwm_edge, 4, "#";
-            $instant, sampling_instant, 4, 3;
+            $instant, sampling_instant, 4, "@";
             $encoder_read, control_step, 4, 1;
             $comparison, comparison, 4, 1;
             $frame_received, frame_received, 3, 0;
@@ -112,7 +113,7 @@ macro_rules! actuator_program {
                     servo_bus_task,
                     shutdown,
                     timebase::PeriodCounter,
-                    timing::PWM_PERIODS,
+                    timing::{UPDATE_PERIODS, has_window},
                     watchdog_supervisor::{WatchdogSupervisor, report_alive},
                 },
                 chip::pac::Interrupt,
@@ -280,8 +281,9 @@ macro_rules! actuator_program {
                     bus_status::set_period(cx.shared.period_counter.period());
                     rtic::pend(Interrupt::$cycle);
                 }
-                if index == PWM_PERIODS - 1 {
-                    bridge.timer().enable_sampling_instants();
+                if index == UPDATE_PERIODS - 1 {
+                    let control_period = cx.shared.period_counter.control_period();
+                    bridge.timer().enable_sampling_instants(has_window(control_period));
                 }
             }
 
@@ -305,7 +307,10 @@ macro_rules! actuator_program {
                 let control_period = cx.shared.period_counter.control_period();
                 let mut mailboxes = cx.shared.mailboxes;
                 cx.shared.loop_memory.with(|task| {
-                    sampling.finish_sampling(bridge, task.begin(control_period));
+                    let missed_periods = task.begin(control_period);
+                    let had_window =
+                        missed_periods != 0 || has_window(control_period.wrapping_sub(1));
+                    sampling.finish_sampling(bridge, missed_periods, had_window);
                     let samples = sampling.read();
                     mailboxes.lock(|mailboxes| task.step(&samples, mailboxes, bridge));
                 });

@@ -39,12 +39,18 @@ impl Sampling {
         }
     }
 
-    /// Ends the sampling for a control period, after so many that did not run.
+    /// Ends the sampling for a control period, after so many that did not run. `had_window`: the
+    /// last one had a coast window, or may have had one.
     // Not inlined, with a fixed symbol, so that the emulator counts its instructions.
     #[unsafe(no_mangle)]
     #[inline(never)]
-    pub fn finish_sampling(&mut self, bridge: &mut ActuatorBridge, missed_periods: u8) {
-        self.analog.finish();
+    pub fn finish_sampling(
+        &mut self,
+        bridge: &mut ActuatorBridge,
+        missed_periods: u8,
+        had_window: bool,
+    ) {
+        self.analog.finish(had_window);
         // The word is read from the memory of the transfer.
         let _ = self.encoder.finish();
         self.servo_pulse.finish();

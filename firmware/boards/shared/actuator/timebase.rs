@@ -1,15 +1,15 @@
-//! Numbers of PWM periods and control periods, by a timer that no interrupt delays, and the
+//! Numbers of update periods and control periods, by a timer that no interrupt delays, and the
 //! duration of the control steps.
 //!
-//! TIM2 has the same clock source as TIM1, also while the processor sleeps, and counts half periods
-//! of the PWM. Its 32 bits wrap at a whole number of control periods, after 25 days at 1 kHz.
+//! TIM2 has the same clock source as TIM1, also while the processor sleeps, and counts half update
+//! periods. Its 32 bits wrap at a whole number of control periods, after 25 days at 1 kHz.
 
 use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
 use cortex_m::peripheral::{DCB, DWT};
 use firmware::supervisor::MissedPeriods;
 
-use super::timing::{APB1_TIMER_HZ, PWM_HZ, PWM_PERIODS};
+use super::timing::{APB1_TIMER_HZ, UPDATE_HZ, UPDATE_PERIODS};
 use crate::chip::pac::TIM2;
 
 /// Cycles of the longest control step since the reset.
@@ -21,12 +21,12 @@ pub fn longest_step_cycles() -> u32 {
     LONGEST_STEP.load(Relaxed)
 }
 
-/// Cycles of the timer's clock in half a PWM period.
-const HALF_PERIOD_CYCLES: u32 = APB1_TIMER_HZ / (2 * PWM_HZ);
-const _: () = assert!(HALF_PERIOD_CYCLES * 2 * PWM_HZ == APB1_TIMER_HZ);
+/// Cycles of the timer's clock in half an update period.
+const HALF_PERIOD_CYCLES: u32 = APB1_TIMER_HZ / (2 * UPDATE_HZ);
+const _: () = assert!(HALF_PERIOD_CYCLES * 2 * UPDATE_HZ == APB1_TIMER_HZ);
 const _: () = assert!(HALF_PERIOD_CYCLES <= 1 << 16, "the prescaler has 16 bits");
 
-/// The counter of PWM periods.
+/// The counter of update periods.
 pub struct PeriodCounter(TIM2);
 
 impl PeriodCounter {
@@ -46,20 +46,20 @@ impl PeriodCounter {
         self.0.cr1().write(|w| w.cen().enabled());
     }
 
-    /// Number of the present PWM period since the first edge, which has number 0. It has 31 bits
+    /// Number of the present update period since the first edge, which has number 0. It has 31 bits
     /// and wraps.
     pub fn period(&self) -> u32 {
         (self.0.cnt().read().bits() >> 1).wrapping_sub(1)
     }
 
-    /// Index of the present PWM period within its control period.
+    /// Index of the present update period within its control period.
     pub fn index(&self) -> u32 {
-        self.period() % PWM_PERIODS
+        self.period() % UPDATE_PERIODS
     }
 
     /// Number of the present control period; it wraps.
     pub fn control_period(&self) -> u32 {
-        self.period() / PWM_PERIODS
+        self.period() / UPDATE_PERIODS
     }
 }
 

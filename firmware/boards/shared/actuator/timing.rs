@@ -3,9 +3,10 @@
 //! The rates are those of [`model_core::time`]; that they divide the clocks without a remainder is
 //! checked at compile time.
 
-use model_core::time::PWM_RATE_HZ;
+use model_core::time::CONTROL_PERIODS_PER_WINDOW;
 pub use model_core::time::{
-    CONTROL_RATE_HZ, PWM_PERIODS_PER_CONTROL_PERIOD as PWM_PERIODS, PWM_RATE_HZ as PWM_HZ,
+    CONTROL_RATE_HZ, UPDATE_PERIODS_PER_CONTROL_PERIOD as UPDATE_PERIODS,
+    UPDATE_RATE_HZ as UPDATE_HZ,
 };
 
 pub use crate::peripherals::timing::{APB1_TIMER_HZ, CORE_HZ, TIM1_HZ};
@@ -13,13 +14,18 @@ pub use crate::peripherals::timing::{APB1_TIMER_HZ, CORE_HZ, TIM1_HZ};
 /// Core cycles of a microsecond.
 pub const CYCLES_PER_US: u32 = CORE_HZ / 1_000_000;
 
-/// PWM period, us.
-pub const PWM_PERIOD_US: u32 = 1_000_000 / PWM_RATE_HZ;
+/// Update period of the PWM, us.
+pub const UPDATE_PERIOD_US: u32 = 1_000_000 / UPDATE_HZ;
+
+/// Whether the control period of this number has a coast window: the last one of every so many.
+pub const fn has_window(control_period: u32) -> bool {
+    control_period % CONTROL_PERIODS_PER_WINDOW == CONTROL_PERIODS_PER_WINDOW - 1
+}
 
 const _: () = {
-    assert!(1_000_000 % PWM_RATE_HZ == 0);
-    // The number of a PWM period wraps at a whole number of control periods.
-    assert!(PWM_PERIODS.is_power_of_two());
-    // Two calls of the CANopen device are between the first and the last PWM period.
-    assert!(PWM_PERIODS >= 4);
+    assert!(1_000_000 % UPDATE_HZ == 0);
+    // The number of an update period, and of a control period, wraps at a whole number of windows.
+    assert!(UPDATE_PERIODS.is_power_of_two() && CONTROL_PERIODS_PER_WINDOW.is_power_of_two());
+    // Two calls of the CANopen device are between the first and the last update period.
+    assert!(UPDATE_PERIODS >= 4);
 };

@@ -1,4 +1,4 @@
-//! The peripherals, moved on one PWM period at a time.
+//! The peripherals, moved on one update period at a time.
 
 use cortex_m::{asm, interrupt, peripheral::NVIC};
 use drivers::bridge::{Bridge as _, Command};
@@ -12,15 +12,15 @@ use crate::{
     actuator::{
         pwm_timer::Instant,
         timebase::PeriodCounter,
-        timing::{CYCLES_PER_US, PWM_HZ},
+        timing::{CYCLES_PER_US, UPDATE_HZ},
     },
     board::watchdog::Watchdog,
     chip::pac::{CAN1, IWDG, Interrupt},
     peripherals::{ActuatorBridge, Can, Encoder, analog::Analog, wiring::Peripherals},
 };
 
-/// PWM periods in a millisecond.
-pub const PERIODS_PER_MS: u32 = PWM_HZ / 1_000;
+/// Update periods in a millisecond.
+pub const PERIODS_PER_MS: u32 = UPDATE_HZ / 1_000;
 
 /// Current and supply take 7.8 us to convert.
 const CONVERSION_US: u32 = 10;
@@ -37,7 +37,7 @@ pub enum Scan {
     Open,
 }
 
-/// What one PWM period measures.
+/// What one update period measures.
 #[derive(Clone, Copy)]
 pub struct Sample {
     /// Motor current, mA.
@@ -98,7 +98,7 @@ impl Bench {
         }
     }
 
-    /// Starts the watchdog; from then on each PWM period must feed it.
+    /// Starts the watchdog; from then on each update period must feed it.
     pub fn start_watchdog(&mut self) {
         if let Some(watchdog) = self.unstarted.take() {
             self.watchdog = Some(Watchdog::start(watchdog));
@@ -116,7 +116,7 @@ impl Bench {
         self.wakers.into_iter().for_each(NVIC::unpend);
     }
 
-    /// Waits for the next PWM edge; the bridge does not change.
+    /// Waits for the next update; the bridge does not change.
     pub fn wait_for_edge(&mut self) {
         while !self.bridge.timer().is_late() {
             self.sleep();
@@ -124,7 +124,7 @@ impl Bench {
         self.bridge.timer().acknowledge_edge();
     }
 
-    /// Starts the next PWM period: the outputs follow the command.
+    /// Starts the next update period: the outputs follow the command.
     pub fn begin_period(&mut self) {
         self.bridge.begin_pwm_period();
         if let Some(watchdog) = &mut self.watchdog {
@@ -132,7 +132,7 @@ impl Bench {
         }
     }
 
-    /// Waits for the next PWM period and starts it.
+    /// Waits for the next update period and starts it.
     pub fn next_period(&mut self) {
         self.wait_for_edge();
         self.begin_period();
@@ -143,10 +143,10 @@ impl Bench {
         self.bridge.command(command);
     }
 
-    /// Samples in the next PWM period; `None` if a conversion does not end.
+    /// Samples in the next update period; `None` if a conversion does not end.
     pub fn sample(&mut self, scan: Scan) -> Option<Sample> {
         self.next_period();
-        self.bridge.timer().enable_sampling_instants();
+        self.bridge.timer().enable_sampling_instants(true);
         loop {
             match self.bridge.timer().take_instant() {
                 Some(Instant::Current) => {
@@ -165,7 +165,7 @@ impl Bench {
             self.analog.start_scan();
         }
         self.next_period();
-        self.analog.finish();
+        self.analog.finish(true);
         let (Some(current), Some(scan)) = self.analog.read() else {
             return None;
         };
@@ -177,7 +177,7 @@ impl Bench {
         })
     }
 
-    /// Reads the encoder in the next PWM period; `None` if the word is not valid.
+    /// Reads the encoder in the next update period; `None` if the word is not valid.
     pub fn angle(&mut self) -> Option<EncoderReading> {
         self.next_period();
         self.encoder.start();

@@ -15,7 +15,7 @@
 
 use canopen::CanFrame;
 use firmware::application::BusState;
-use model_core::time::PWM_RATE_HZ;
+use model_core::time::UPDATE_RATE_HZ;
 
 use super::{Activity, CanPort, Mode};
 
@@ -147,7 +147,7 @@ impl<P: CanPort, Q: TransmitQueues> CanController<P, Q> {
     /// Whether this number of milliseconds has elapsed since the start of the running time.
     fn has_elapsed(&self, ms: u32, period: u32) -> bool {
         let elapsed = period.wrapping_sub(self.since) & (u32::MAX >> 1);
-        elapsed >= ms * (PWM_RATE_HZ / 1000)
+        elapsed >= ms * (UPDATE_RATE_HZ / 1000)
     }
 
     /// Acknowledges the mailboxes that have become free; returns how many of their frames were

@@ -6,9 +6,9 @@ use crate::mocks::Port;
 use canopen::CanFrame;
 use drivers::can::{Activity, CanController, Mode, Overrun, TransmitQueues, receive};
 use embedded_can::{Frame as _, Id, StandardId};
-use model_core::time::PWM_RATE_HZ;
+use model_core::time::UPDATE_RATE_HZ;
 
-const MS: u32 = PWM_RATE_HZ / 1000;
+const MS: u32 = UPDATE_RATE_HZ / 1000;
 
 fn frame(id: u16) -> CanFrame {
     let id = Id::Standard(StandardId::new(id).expect("11 bits"));

@@ -75,7 +75,7 @@ impl ConstantError {
         }
     }
 
-    /// Takes the leaky sums of the residual and of the motor's travel, mdeg times the control rate.
+    /// Takes the leaky sums of the residual and of the motor's travel, in [`MDEG`].
     #[inline(always)]
     pub fn learn(&mut self, drift: i32, motion: i32) {
         let way = if self.taken == 0 { motion } else { -motion };

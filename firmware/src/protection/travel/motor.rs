@@ -5,25 +5,31 @@
 //! known. Nor is it until two scans behind a gap agree: legs that have not settled show a rate that
 //! the motor does not have.
 
+use super::per_period;
+use crate::timing::periods;
+
 /// Greatest rate that is expected, mdeg/s: 2,097 deg/s.
 const END: i32 = 1 << 21;
 
 /// Control periods from one back-EMF to the next of which the travel is known, where scans between
 /// them have none and both rates are within [`GREATEST_CHANGE`]: a motor whose rate changes in one
 /// direction between them has turned within `40 deg/s x 16 ms/2` = 0.32 deg of the mean.
-pub(super) const BRIDGED: i32 = 4;
+pub(super) const BRIDGED: i32 = periods(16) as i32;
 
-/// Change of the rate in a control period, mdeg/s: a motor of 130 % of the constant and 70 % of the
-/// resistance reverses with 8,000 deg/s^2, and a load of 0.8 N m on the motor's inertia adds 2,000
+/// Change of the rate from a scan to the next, mdeg/s: a motor of 130 % of the constant and 70 % of
+/// the resistance reverses with 8,000 deg/s^2, and a load of 0.8 N m on the motor's inertia adds 2,000
 /// deg/s^2. Behind a gap, in which the diodes have carried the winding's current until the scan, it
 /// may end shortly before the scan: legs that have not settled then differ by more.
 const GREATEST_CHANGE: i32 = 40_000;
 
 /// Control periods of a gap that are counted: those between two scans, at most.
-const LONGEST: i32 = 1 << 8;
+const LONGEST: i32 = periods(1_024) as i32;
+
+/// Greatest travel that is expected.
+const FURTHEST: i32 = per_period(END) * LONGEST;
 
 /// Control periods without a valid count, or without a back-EMF, that are counted.
-const MOST_PERIODS: i32 = 48;
+const MOST_PERIODS: i32 = periods(192) as i32;
 
 /// The rate at the last back-EMF, mdeg/s.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -39,7 +45,7 @@ enum LastRate {
 /// The motor's travel since the last comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct MotorTravel {
-    /// Mdeg times the control rate.
+    /// In parts of a mdeg.
     pub expected: i32,
     /// Control periods since then, and those of them whose travel is not known.
     pub periods: i32,
@@ -68,9 +74,9 @@ impl MotorTravel {
             _ => None,
         };
         if let Some(before) = before {
-            // Half of twice 2^21 for 2^8 periods, and 2^29 before.
-            let travel = (now + before) / 2 * self.gap;
-            self.expected = (self.expected + travel).clamp(-(END << 8), END << 8);
+            // 2^21 mdeg/s for 1,024 ms, 2^29, and as much before.
+            let travel = per_period((now + before) / 2) * self.gap;
+            self.expected = (self.expected + travel).clamp(-FURTHEST, FURTHEST);
             self.last = LastRate::Settled(now);
         } else {
             self.unknown = MOST_PERIODS.min(self.unknown + self.gap);

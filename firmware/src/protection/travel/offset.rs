@@ -1,6 +1,6 @@
 //! The offset of the back-EMF, learned while the bridge is off and the encoder rests.
 
-use crate::timing::CONTROL_PERIOD_MS;
+use crate::timing::{CONTROL_PERIOD_MS, periods};
 
 /// Rate by which motor and encoder may differ at rest, mdeg/s: 20 mV, eight codes of a leg, of noise
 /// and of the supply's influence on the learned offset.
@@ -19,8 +19,8 @@ const RESTING_COUNTS: i32 = 2;
 /// Greatest offset that is learned, mV.
 const GREATEST_MV: i32 = 100;
 
-/// Control periods of which the offset is a mean.
-const LEARNED: i32 = 8;
+/// Control periods of which the offset is a mean, 32 ms.
+const LEARNED: i32 = periods(32) as i32;
 
 /// The offset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -55,10 +55,10 @@ impl LegOffset {
     /// Takes a back-EMF at rest.
     fn take(&mut self, back_emf_mv: i32) {
         let offset = back_emf_mv.clamp(-GREATEST_MV, GREATEST_MV) << 4;
-        // The first one, then an eighth of the difference each time.
+        // The first one, then a share of the difference each time: an eighth at 250 Hz.
         self.offset = match self.learned {
             0 => offset,
-            _ => self.offset + ((offset - self.offset) >> 3),
+            _ => self.offset + ((offset - self.offset) >> LEARNED.ilog2()),
         };
         self.learned = LEARNED.min(self.learned + 1);
     }

@@ -3,7 +3,7 @@
 use crate::control::pwm_timer::{CurrentInstant, TIMER_CLOCK_HZ, TIMER_DIVIDER};
 use crate::time::PWM_RATE_HZ;
 
-/// Cycles of the timer's clock, 168 MHz, in a PWM period: 168,000 at 1 kHz.
+/// Cycles of the timer's clock, 168 MHz, in a PWM period: 168,000 at 1 kHz, 8,400 at 20 kHz.
 pub const PERIOD_CYCLES: u32 = TIMER_CLOCK_HZ / PWM_RATE_HZ;
 
 /// Cycles in a count of the timer.
@@ -71,7 +71,7 @@ impl Switched {
 }
 
 impl Bridge {
-    /// The state for a compare value of the board, -56,000 to 56,000 counts. The dead time shortens
+    /// The state for a compare value of the board, counts of the timer. The dead time shortens
     /// the on time, except in a full period; an on time that is not longer than the dead time
     /// brakes.
     ///
@@ -116,9 +116,21 @@ impl Bridge {
         CurrentInstant::of_on_time(cycles / CYCLES_PER_COUNT)
     }
 
-    /// The switch states between two cycles of the period, with their lengths in cycles. The high
+    /// The switch states between two cycles of an update period, with their lengths in cycles, in
+    /// the order of the PWM periods.
+    pub(super) fn between(self, from: u32, until: u32) -> impl Iterator<Item = (Switched, u32)> {
+        let first = from / PERIOD_CYCLES;
+        let end = until.div_ceil(PERIOD_CYCLES).max(first + 1);
+        (first..end).flat_map(move |period| {
+            let start = period * PERIOD_CYCLES;
+            let until = (until - start).min(PERIOD_CYCLES);
+            self.in_pwm_period(from.saturating_sub(start), until)
+        })
+    }
+
+    /// The switch states between two cycles of a PWM period, with their lengths in cycles. The high
     /// side closes a dead time after the edge, and the low side a dead time after it has opened.
-    pub(super) fn between(self, from: u32, until: u32) -> [(Switched, u32); 4] {
+    fn in_pwm_period(self, from: u32, until: u32) -> [(Switched, u32); 4] {
         let (is_positive, on_cycles) = match self {
             Self::Coast => return [(Switched::Open, until - from), NONE, NONE, NONE],
             Self::Brake => return [(Switched::Shorted, until - from), NONE, NONE, NONE],
@@ -155,16 +167,16 @@ mod tests {
         let (dead, on) = (Switched::Dead(1.0), Switched::Supply(1.0));
         let off = Switched::Shorted;
         let head = [(dead, 168), (on, 83_832), (dead, 168), (off, 50_232)];
-        assert_eq!(bridge.between(0, 134_400), head);
+        assert_eq!(bridge.in_pwm_period(0, 134_400), head);
         let part = [(dead, 0), (on, 4_000), (dead, 168), (off, 832)];
-        assert_eq!(bridge.between(80_000, 85_000), part);
+        assert_eq!(bridge.in_pwm_period(80_000, 85_000), part);
     }
 
     #[test]
     fn a_full_period_has_no_off_time() {
         for compare in [56_000_i32, -56_000] {
             let sign = f64::from(compare.signum());
-            let parts = Bridge::driven(compare).between(0, PERIOD_CYCLES);
+            let parts = Bridge::driven(compare).in_pwm_period(0, PERIOD_CYCLES);
             assert_eq!(parts[1], (Switched::Supply(sign), PERIOD_CYCLES));
             assert_eq!(
                 parts.map(|(_, cycles)| cycles).iter().sum::<u32>(),
@@ -175,8 +187,11 @@ mod tests {
 
     #[test]
     fn brake_and_coast_drive_nothing() {
-        assert_eq!(Bridge::Brake.between(0, 10)[0], (Switched::Shorted, 10));
-        assert_eq!(Bridge::Coast.between(0, 10)[0], (Switched::Open, 10));
+        assert_eq!(
+            Bridge::Brake.in_pwm_period(0, 10)[0],
+            (Switched::Shorted, 10)
+        );
+        assert_eq!(Bridge::Coast.in_pwm_period(0, 10)[0], (Switched::Open, 10));
         assert_eq!(Bridge::driven(0), Bridge::Brake);
     }
 

@@ -51,6 +51,8 @@ pub(super) struct Heat {
     housing_deg_c: f64,
     /// Square of the current over the interval so far, A^2 s.
     square_a2_s: f64,
+    /// Heat of the winding since the start, J.
+    copper_j: f64,
     /// The temperature of the present resistance.
     applied_deg_c: f64,
 }
@@ -64,6 +66,7 @@ impl Heat {
             winding_deg_c: options.ambient_deg_c,
             housing_deg_c: options.ambient_deg_c,
             square_a2_s: 0.0,
+            copper_j: 0.0,
             applied_deg_c: COLD_DEG_C,
         })
     }
@@ -95,6 +98,7 @@ impl Heat {
             heated_j * p.winding_housing_k_w / p.winding_time_s - over_housing_k * winding;
         self.housing_deg_c += (over_housing_k * gain - over_air_k) * housing;
         self.square_a2_s = 0.0;
+        self.copper_j += heated_j;
         let has_changed = (self.winding_deg_c - self.applied_deg_c).abs() > STEP_K;
         if self.parameters.copper_per_k == 0.0 || !has_changed {
             return None;
@@ -110,6 +114,10 @@ impl Heat {
 
     pub fn winding_deg_c(&self) -> f64 {
         self.winding_deg_c
+    }
+
+    pub fn copper_j(&self) -> f64 {
+        self.copper_j
     }
 }
 

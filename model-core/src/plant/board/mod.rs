@@ -1,6 +1,6 @@
 //! Everything that the chip's pins see: motor, gear train, supply, encoder, analogue front ends.
 //!
-//! The plant advances slot by slot through each PWM period: to the instant at which the current is
+//! The plant advances slot by slot through each update period: to the instant at which the current is
 //! sampled, to the start of the coast window, to the instant at which the legs are sampled, to the
 //! next edge. Within a slot the winding's current is computed in closed form between the edges of
 //! the bridge, with the conduction of the diodes while all switches are open. Two callers that pass
@@ -297,6 +297,11 @@ impl BoardPlant {
     /// Temperature of the winding, deg C.
     pub fn winding_deg_c(&self) -> f64 {
         self.heat.winding_deg_c()
+    }
+
+    /// Copper loss since the start, J, but for that of the last slot.
+    pub fn copper_loss_j(&self) -> f64 {
+        self.heat.copper_j()
     }
 
     /// Temperature of the board and of the air around the motor, deg C.

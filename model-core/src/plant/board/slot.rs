@@ -1,18 +1,19 @@
-//! The pieces of a PWM period between which the board samples.
+//! The pieces of an update period between which the board samples.
 
 use crate::control::pwm_timer::{
-    BACK_EMF_INSTANT, CurrentInstant, TIMER_CLOCK_HZ, TIMER_DIVIDER, WINDOW_START,
+    BACK_EMF_INSTANT, CurrentInstant, TIMER_CLOCK_HZ, TIMER_DIVIDER, UPDATE_COUNTS, WINDOW_START,
 };
-use crate::time::PWM_PERIOD_NS;
+use crate::time::UPDATE_PERIOD_NS;
 
-use super::PERIOD_CYCLES;
+/// Cycles of the timer's clock in an update period.
+const UPDATE_CYCLES: u32 = UPDATE_COUNTS * TIMER_DIVIDER;
 
-/// A piece of a PWM period, named by the event at its end.
+/// A piece of an update period, named by the event at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Slot {
     /// From the edge to the instant at which the current is sampled.
     Current,
-    /// To the count at which the coast window starts in every last PWM period.
+    /// To the count at which the coast window starts, if there is one.
     Window,
     /// To the instant at which the legs are sampled.
     Legs,
@@ -43,7 +44,7 @@ impl Slot {
             Self::Current => (0, current.sampled_cycles()),
             Self::Window => (current.sampled_cycles(), window),
             Self::Legs => (window, legs),
-            Self::Edge => (legs, PERIOD_CYCLES),
+            Self::Edge => (legs, UPDATE_CYCLES),
         }
     }
 
@@ -62,7 +63,7 @@ impl Slot {
 
 /// The instant of a cycle, ns, rounded down.
 const fn nanoseconds(cycles: u32) -> u64 {
-    cycles as u64 * PWM_PERIOD_NS / PERIOD_CYCLES as u64
+    cycles as u64 * UPDATE_PERIOD_NS / UPDATE_CYCLES as u64
 }
 
 /// The length of so many cycles of the timer's clock, s.
@@ -85,7 +86,7 @@ mod tests {
                 assert!(until > from, "{slot:?} at {on_counts}");
                 end = until;
             }
-            assert_eq!(end, PERIOD_CYCLES);
+            assert_eq!(end, UPDATE_CYCLES);
         }
     }
 }

@@ -54,9 +54,10 @@ const fn sampling_times(first: u8) -> u32 {
 pub struct Analog {
     adc: ADC1,
     scan: DmaStream<4>,
-    /// Whether current and supply, and all of them, were converted for this control period.
+    /// Whether current and supply were converted for this control period.
     is_converted: bool,
-    is_complete: bool,
+    /// Whether all channels were converted in the last coast window.
+    is_scanned: bool,
 }
 
 impl Analog {
@@ -96,7 +97,7 @@ impl Analog {
             adc,
             scan,
             is_converted: false,
-            is_complete: false,
+            is_scanned: false,
         }
     }
 
@@ -115,11 +116,14 @@ impl Analog {
         self.adc.cr2().modify(|_, w| w.swstart().start());
     }
 
-    /// Ends the conversions: those that have ended since the last call are valid.
-    pub fn finish(&mut self) {
+    /// Ends the conversions: those that have ended since the last call are valid. A scan is valid
+    /// until the next coast window.
+    pub fn finish(&mut self, had_window: bool) {
         self.is_converted = self.adc.sr().read().jeoc().bit();
         self.adc.sr().write(|w| w.jeoc().clear_bit());
-        self.is_complete = self.scan.take_complete() && self.is_converted;
+        if had_window {
+            self.is_scanned = self.scan.take_complete();
+        }
     }
 
     /// The current, if it was converted; the scan with the supply, if all channels were converted.
@@ -128,7 +132,7 @@ impl Analog {
         let current = self.is_converted.then(current);
         let code = |code: &AtomicU16| AdcCode::new(code.load(Relaxed));
         let [leg_a, leg_b, temperature] = &SCAN_RESULTS;
-        let scan = self.is_complete.then(|| Scan {
+        let scan = (self.is_scanned && self.is_converted).then(|| Scan {
             leg_a: code(leg_a),
             leg_b: code(leg_b),
             supply: AdcCode::new(self.adc.jdr2().read().jdata().bits()),

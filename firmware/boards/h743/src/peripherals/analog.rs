@@ -40,8 +40,9 @@ const REGULATOR_CYCLES: u32 = 10 * (super::timing::CORE_HZ / 1_000_000);
 pub struct Analog {
     current: ADC1,
     scan: ADC2,
-    /// Current and supply, and the scan, if they were converted for this control period.
+    /// Current and supply, if they were converted for this control period.
     converted: Option<[AdcCode; 2]>,
+    /// The scan, if it was converted in the last coast window.
     scanned: Option<[AdcCode; 3]>,
 }
 
@@ -84,10 +85,13 @@ impl Analog {
         start(&self.scan);
     }
 
-    /// Ends the conversions: those that have ended since the last call are valid.
-    pub fn finish(&mut self) {
+    /// Ends the conversions: those that have ended since the last call are valid. A scan is valid
+    /// until the next coast window.
+    pub fn finish(&mut self, had_window: bool) {
         self.converted = take_sequence(&self.current);
-        self.scanned = take_sequence(&self.scan);
+        if had_window {
+            self.scanned = take_sequence(&self.scan);
+        }
     }
 
     /// The current, if it was converted; the scan with the supply, if all channels were converted.
