@@ -31,7 +31,7 @@ use model_core::{
     time::CONTROL_RATE_HZ,
 };
 
-/// Share `g` of the poles, `T * 31.25/s`: a power of two at 250 Hz and at 500 Hz.
+/// Share `g` of the poles, `T * 31.25/s`: a power of two at 250 Hz and at 1 kHz.
 const SHARE: f32 = 31.25 / CONTROL_RATE_HZ as f32;
 
 /// What is left of an error of the angle.

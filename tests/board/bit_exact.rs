@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 
 use board_tests::frames::{Frame, read, sent, start, write_real};
+use board_tests::master::{PERIODS, TICK_RATE_HZ};
 use board_tests::native::NativeBoard;
 use board_tests::program::run_master;
 use board_tests::workloads::command;
-use model_core::time::{CONTROL_RATE_HZ, UPDATE_PERIODS_PER_CONTROL_PERIOD};
 use virtual_board::board::ChipKind;
 use virtual_board::plant::{BoardPlantOptions, Bridge};
 use virtual_board::run::Options;
@@ -36,7 +36,7 @@ fn mixed(tick: u64) -> Vec<Frame> {
 }
 
 /// Runs the workload natively and on the emulated board with this chip, and asserts that the plant
-/// was the same in every PWM period; returns the frames of both.
+/// was the same in every update period; returns the frames of both.
 fn assert_same_plant(chip: ChipKind, seconds: u64) -> [Vec<Frame>; 2] {
     let plant = BoardPlantOptions::realistic(11);
     // The PWM starts after the program's CRC, and with the other chip after the calibration of its
@@ -52,12 +52,12 @@ fn assert_same_plant(chip: ChipKind, seconds: u64) -> [Vec<Frame>; 2] {
     };
     let emulated = run_master(options, mixed);
     let mut native = NativeBoard::new(&plant);
-    let ticks = seconds * u64::from(CONTROL_RATE_HZ);
+    let ticks = seconds * u64::from(TICK_RATE_HZ);
     (0..ticks).for_each(|tick| native.tick(&mixed(tick)));
 
     let rows = &emulated.trace.rows;
     println!("{chip:?}: the first PWM edge at {} ns", rows[0].at_ns);
-    assert!(rows.len() as u64 >= u64::from(UPDATE_PERIODS_PER_CONTROL_PERIOD) * ticks);
+    assert!(rows.len() as u64 >= PERIODS * ticks);
     native.assert_same(rows);
     let driven = rows
         .iter()

@@ -9,9 +9,10 @@ use std::collections::BTreeMap;
 use std::env;
 
 use board_tests::frames::{fault, faults};
+use board_tests::master::TICK_RATE_HZ;
 use board_tests::native::NativeBoard;
 use board_tests::program::run_master;
-use model_core::time::{CONTROL_PERIOD_US, UPDATE_PERIOD_NS};
+use model_core::time::UPDATE_PERIOD_NS;
 use rayon::iter::{IntoParallelIterator as _, ParallelIterator as _};
 use virtual_board::faults::Planned;
 use virtual_board::plant::BoardPlantOptions;
@@ -41,7 +42,8 @@ struct Motion {
     fault: Option<(u64, u8)>,
 }
 
-const CONTROL_PERIOD_NS: u64 = CONTROL_PERIOD_US as u64 * 1000;
+/// A tick of the master.
+const TICK_NS: u64 = 1_000_000_000 / TICK_RATE_HZ as u64;
 
 fn plant() -> BoardPlantOptions {
     BoardPlantOptions::realistic(3)
@@ -68,11 +70,11 @@ fn emulated(state: State, faults_planned: Vec<Planned>) -> Motion {
 fn native(state: State, faults_planned: Vec<Planned>) -> Motion {
     let mut board = NativeBoard::new(&plant()).with_faults(faults_planned);
     let mut first = None;
-    for tick in 0..UNTIL_MS * 1_000_000 / CONTROL_PERIOD_NS {
+    for tick in 0..UNTIL_MS * 1_000_000 / TICK_NS {
         let sent = board.frames.len();
         board.tick(&state.frames(tick));
         let raised = board.frames[sent..].iter().find_map(fault);
-        first = first.or(raised.map(|number| ((tick + 1) * CONTROL_PERIOD_NS, number)));
+        first = first.or(raised.map(|number| ((tick + 1) * TICK_NS, number)));
     }
     let shaft = (1..)
         .zip(board.motion())

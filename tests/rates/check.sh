@@ -7,5 +7,5 @@ set -eu
 cd "$(dirname "$0")/../.."
 export ACTUATOR_RATES_1_KHZ=1
 cargo test-all --test rates
-cargo test-all --test board -- bit_exact
+cargo test-all --test board -- bit_exact replicated memory_protection tracking supply_range
 cargo build-board --locked --target-dir "${CARGO_TARGET_DIR:-target}/board"

@@ -61,9 +61,16 @@ pub const WINDOW_START: u32 = UPDATE_COUNTS - WINDOW_US * COUNTS_PER_US;
 pub const BACK_EMF_INSTANT: u32 = UPDATE_COUNTS - SCAN_US * COUNTS_PER_US;
 
 /// Earliest count at which the conversion of the current starts: 10 us after the edge, later than
-/// the interrupt that enables it. With shorter on times the current is sampled there, during the
-/// slow decay.
+/// the interrupt that enables it.
 const EARLIEST_CURRENT: u32 = 10 * COUNTS_PER_US;
+
+/// Count for on times whose middle is earlier: at 20 kHz the middle of the period, 5 us or more
+/// behind the end of the on time, since these are up to 40 % of it.
+const OF_SHORT_ON_TIMES: u32 = if PWM_PERIODS_PER_UPDATE == 1 {
+    EARLIEST_CURRENT
+} else {
+    PWM_COUNTS as u32 / 2
+};
 
 /// Latest count for it: current and supply take 7.8 us and must end before the window starts.
 const LATEST_CURRENT: u32 = WINDOW_START - 10 * COUNTS_PER_US;
@@ -79,7 +86,7 @@ const _: () = assert!(
 pub const APERTURE_CYCLES: u32 = 50 + 448 - 67;
 
 /// Count at which the current is sampled: the middle of the on time of the first PWM period of an
-/// update period.
+/// update period. Where that is too early it is sampled during the slow decay.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CurrentInstant(u32);
 
@@ -93,7 +100,7 @@ impl CurrentInstant {
     /// ```
     pub const fn of_on_time(counts: u32) -> Self {
         match counts / 2 {
-            middle if middle < EARLIEST_CURRENT => Self(EARLIEST_CURRENT),
+            middle if middle < EARLIEST_CURRENT => Self(OF_SHORT_ON_TIMES),
             middle if middle > LATEST_CURRENT => Self(LATEST_CURRENT),
             middle => Self(middle),
         }

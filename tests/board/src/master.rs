@@ -1,15 +1,20 @@
 //! A CANopen master that sends by a timetable.
 
-use model_core::time::UPDATE_PERIODS_PER_CONTROL_PERIOD;
+use model_core::time::UPDATE_RATE_HZ;
 use virtual_board::run::{Flow, Script, View};
 
 use crate::frames::{Frame, control, start, to_wire};
 
-/// PWM periods in a control period.
-pub const PERIODS: u64 = UPDATE_PERIODS_PER_CONTROL_PERIOD as u64;
+/// Ticks of the master in a second: the control periods of the paper. With the second set of rates
+/// there are four control periods in each.
+pub const TICK_RATE_HZ: u32 = 250;
 
-/// The master: `frames` returns what it sends at the start of a control period. The node receives
-/// these frames in its first call of that period, and the next control step uses them.
+/// Update periods of the PWM in a tick.
+pub const PERIODS: u64 = (UPDATE_RATE_HZ / TICK_RATE_HZ) as u64;
+
+/// The master: `frames` returns what it sends at the start of a tick, with which a control period
+/// begins. The node receives these frames in its first call of that period, and the next control
+/// step uses them.
 pub struct Master<F> {
     frames: F,
     period: u64,
@@ -18,7 +23,7 @@ pub struct Master<F> {
 }
 
 impl<F: Fn(u64) -> Vec<Frame>> Master<F> {
-    /// From the first control period on, through the first port.
+    /// From the first tick on, through the first port.
     pub fn new(frames: F) -> Self {
         Self {
             frames,
@@ -27,7 +32,7 @@ impl<F: Fn(u64) -> Vec<Frame>> Master<F> {
         }
     }
 
-    /// The control period that begins with this PWM period, if one does.
+    /// The tick that begins with this update period, if one does.
     pub fn tick(&self) -> Option<u64> {
         let is_start = self.period.is_multiple_of(PERIODS);
         is_start.then_some(self.period / PERIODS)
@@ -49,7 +54,7 @@ impl<F: Fn(u64) -> Vec<Frame> + Send> Script for Master<F> {
     }
 }
 
-/// The first control period in which [`driven`] sends targets: the drive is in OPERATION ENABLED by
+/// The first tick in which [`driven`] sends targets: the drive is in OPERATION ENABLED by
 /// then.
 pub const ENABLED_TICK: u64 = 40;
 
@@ -66,7 +71,7 @@ pub fn driven(tick: u64, target_mdeg: i32) -> Vec<Frame> {
     }
 }
 
-/// A target angle for each control period, mdeg.
+/// A target angle for each tick, mdeg.
 pub type Targets = fn(tick: u64) -> i32;
 
 /// 10 deg and -10 deg, alternating every second.
@@ -74,7 +79,7 @@ pub fn to_and_fro(tick: u64) -> i32 {
     steps(tick, 10_000, 250)
 }
 
-/// An angle and its opposite, alternating every `hold` control periods.
+/// An angle and its opposite, alternating every `hold` ticks.
 pub fn steps(tick: u64, mdeg: i32, hold: u64) -> i32 {
     if (tick / hold).is_multiple_of(2) {
         mdeg

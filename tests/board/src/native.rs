@@ -5,7 +5,7 @@ use firmware::application::Start;
 use firmware::drive::StoredParameters;
 use firmware::native;
 use firmware::timing::COMMUNICATION_PERIODS;
-use model_core::time::UPDATE_PERIOD_NS;
+use model_core::time::{CONTROL_RATE_HZ, UPDATE_PERIOD_NS, UPDATE_PERIODS_PER_CONTROL_PERIOD};
 use virtual_board::faults::{Change, Injector, Planned};
 use virtual_board::plant::{
     BoardPlant, BoardPlantOptions, Bridge, Edge, SampledBoardPlant, Sensed,
@@ -13,9 +13,12 @@ use virtual_board::plant::{
 use virtual_board::trace;
 
 use crate::frames::Frame;
-use crate::master::PERIODS;
+use crate::master::TICK_RATE_HZ;
 
-/// The plant at the start of a PWM period.
+/// Control periods in a tick.
+const CONTROL_PERIODS: u64 = (CONTROL_RATE_HZ / TICK_RATE_HZ) as u64;
+
+/// The plant at the start of an update period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Row {
     /// State of the bridge up to it.
@@ -59,7 +62,7 @@ pub struct NativeBoard {
 }
 
 impl NativeBoard {
-    /// A board after power-on, up to its first control period: a PWM period has passed by then.
+    /// A board after power-on, up to its first control period: an update period has passed by then.
     ///
     /// # Panics
     /// If a parameter of the plant is outside its range.
@@ -78,7 +81,7 @@ impl NativeBoard {
         }
     }
 
-    /// The same with faults of the plant, each from the next PWM edge on.
+    /// The same with faults of the plant, each from the next update on.
     #[must_use]
     pub fn with_faults(self, plan: Vec<Planned>) -> Self {
         Self {
@@ -87,18 +90,27 @@ impl NativeBoard {
         }
     }
 
-    /// Angles, deg, and rates, deg/s, of the shaft at each PWM edge.
+    /// Angles, deg, and rates, deg/s, of the shaft at each update.
     pub fn motion(&self) -> impl Iterator<Item = (f64, f64)> {
         self.rows.iter().map(|row| (row.angle_deg, row.rate_deg_s))
     }
 
-    /// Runs a control period; these frames arrive before the first communication cycle.
+    /// Runs a tick of the master; these frames arrive before its first communication cycle.
     pub fn tick(&mut self, frames: &[Frame]) {
+        for period in 0..CONTROL_PERIODS {
+            let frames = if period == 0 { frames } else { &[] };
+            self.control_period(CONTROL_PERIODS * self.tick + period, frames);
+        }
+        self.tick += 1;
+    }
+
+    /// Runs the control period of this number.
+    fn control_period(&mut self, number: u64, frames: &[Frame]) {
         let samples = native::samples(&self.plant.sampled());
         let outputs = self.actuator.control_period(&samples);
         let [first, second] = COMMUNICATION_PERIODS;
-        self.communicate(first, frames);
-        self.communicate(second, &[]);
+        self.communicate((number, first), frames);
+        self.communicate((number, second), &[]);
         let (rows, faults) = (&mut self.rows, &mut self.faults);
         self.plant
             .tick(native::bridge(outputs.bridge), &mut |plant, edge| {
@@ -108,12 +120,12 @@ impl NativeBoard {
                     fault.apply_to(&mut plant.defects, begins);
                 }
             });
-        self.tick += 1;
     }
 
-    /// The communication cycle in this PWM period of the tick.
-    fn communicate(&mut self, period: u32, frames: &[Frame]) {
-        let now_us = (PERIODS * self.tick + u64::from(period)) * UPDATE_PERIOD_NS / 1000;
+    /// The communication cycle in this update period of a control period.
+    fn communicate(&mut self, (number, update): (u64, u32), frames: &[Frame]) {
+        let updates = u64::from(UPDATE_PERIODS_PER_CONTROL_PERIOD) * number + u64::from(update);
+        let now_us = updates * UPDATE_PERIOD_NS / 1000;
         for frame in frames {
             self.actuator.receive(frame, now_us);
             self.transmit();
@@ -128,7 +140,7 @@ impl NativeBoard {
         }
     }
 
-    /// Asserts that the plant of the emulated board was bit-exactly the same in every PWM period.
+    /// Asserts that the plant of the emulated board was bit-exactly the same in every update period.
     ///
     /// # Panics
     /// If it was not.

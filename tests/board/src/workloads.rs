@@ -1,15 +1,14 @@
 //! Commands that exercise all of the program.
 
-use model_core::time::CONTROL_RATE_HZ;
-
 use crate::frames::{
     Frame, LOAD, SAVE, control, mode, nmt, read, sdo, standard, start, velocity, write,
 };
+use crate::master::TICK_RATE_HZ;
 
 /// Targets, deg: steps, sines, a ramp, the end stops of the servo alternately, an angle beyond the
 /// position limits, and one of a few encoder counts.
 fn target_deg(tick: u64) -> f64 {
-    let seconds = tick as f64 / f64::from(CONTROL_RATE_HZ);
+    let seconds = tick as f64 / f64::from(TICK_RATE_HZ);
     let sine = |deg: f64, hz: f64| deg * (2.0 * std::f64::consts::PI * hz * seconds).sin();
     match tick / 500 % 7 {
         0 => f64::from((tick / 125 % 3) as i32 - 1) * 30.0,

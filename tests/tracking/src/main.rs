@@ -13,11 +13,11 @@ use std::process::Command;
 use clap::Parser;
 use firmware::control_loop::LoopParameters;
 use firmware::parameters::{BoardParameters, ObjectValues};
-use firmware::timing::{CONTROL_PERIOD_MS, periods};
+use firmware::timing::periods;
 use host_sim::input::flight_like;
 use host_sim::plot::{Figure, Panel, Series, svg};
 use model_core::plant::board::BoardPlantOptions;
-use model_core::time::{CONTROL_PERIOD_S as PERIOD_S, CONTROL_RATE_HZ, PWM_RATE_HZ};
+use model_core::time::{CONTROL_PERIOD_S as PERIOD_S, CONTROL_RATE_HZ};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use command::{sine, standard};
@@ -160,6 +160,24 @@ fn mean(figure: impl Fn(u64) -> f64 + Sync + Send) -> f64 {
 fn error_deg(samples: &[Sample]) -> f64 {
     let square = |sample: &Sample| (sample.command_deg - sample.angle_deg).powi(2);
     (samples.iter().map(square).sum::<f64>() / samples.len() as f64).sqrt()
+}
+
+/// Rms difference of the angle and the command of so many control periods before, deg.
+fn late_error_deg(samples: &[Sample], periods: usize) -> f64 {
+    let late = samples.iter().zip(&samples[periods..]);
+    let late = late.map(|(before, now)| Sample {
+        command_deg: before.command_deg,
+        ..*now
+    });
+    error_deg(&late.collect::<Vec<_>>())
+}
+
+/// Rms error on a flight-like command at 50 Hz against the command of one interval before, deg.
+fn late_flight_deg(setup: &Setup) -> f64 {
+    mean(|seed| {
+        let samples = follow(&mut setup.drive(seed, 20), 20, flight_like(seed));
+        late_error_deg(&samples, periods(20).into())
+    })
 }
 
 /// Rms error on a flight-like command at this voltage of the source, deg.
@@ -307,6 +325,10 @@ fn rows() -> Vec<(String, [f64; 2])> {
             ));
         }
     }
+    measures.push((
+        "rms error against the command of 20 ms before, targets at 50 Hz (deg)".to_owned(),
+        Box::new(late_flight_deg),
+    ));
     for (difference, differs) in DIFFERENCES {
         measures.push((
             format!("rms error, targets at 50 Hz, {difference} (deg)"),
@@ -368,14 +390,51 @@ fn commit() -> std::io::Result<String> {
 fn page(commit: &str) -> String {
     let [paper, with] = SETUPS.map(|setup| setup.name);
     let mut page = format!(
-        "# Tracking\n\nWritten by `cargo run --release -p tracking` at commit {commit}.\n\n{TEXT}\n\
+        "# {TITLE}\n\nWritten by `{COMMAND}` at commit {commit}.\n\n{TEXT}\n{RATES}\n\
          | | {paper} | {with} |\n|---|---|---|\n"
     );
     for (name, [paper, with]) in rows() {
         page += &format!("| {name} | {paper:.2} | {with:.2} |\n");
     }
-    page + "\n![Targets at 50 Hz](tracking.svg)\n"
+    page + &format!("\n![Targets at 50 Hz]({NAME}.svg)\n")
 }
+
+/// Whether the rates are those of the paper.
+const IS_PAPERS: bool = CONTROL_RATE_HZ == 250;
+
+/// Name of the page.
+const NAME: &str = if IS_PAPERS {
+    "tracking"
+} else {
+    "tracking-1-khz"
+};
+
+const TITLE: &str = if IS_PAPERS {
+    "Tracking"
+} else {
+    "Tracking with a loop at 1 kHz"
+};
+
+const COMMAND: &str = if IS_PAPERS {
+    "cargo run --release -p tracking"
+} else {
+    "ACTUATOR_RATES_1_KHZ=1 cargo run --release -p tracking --target-dir target/rates"
+};
+
+/// What the page says of its rates.
+const RATES: &str = if IS_PAPERS {
+    "\
+The control step runs at 250 Hz and the PWM at 1 kHz; [here](tracking-1-khz.md) at 1 kHz and 20 kHz.
+"
+} else {
+    "\
+This is the second set of rates: the control step runs at 1 kHz and the PWM at 20 kHz, with the gains and
+the time constant of the rate filter of the [first set](tracking.md). The current no longer pulses, so that
+less copper loss makes the same torque. With feed-forward the shaft is ahead of the demand by the delays
+of the loop. At 250 Hz that compensates part of the interval of targets at 50 Hz, at 1 kHz it does not: see
+the line with the command of 20 ms before.
+"
+};
 
 const TEXT: &str = "\
 Object 2013h adds to the loop of the paper, in shares of 0.1 %:
@@ -399,6 +458,7 @@ does not. With 1 deg of play the error is hardly larger: a compensation of the p
 
 fn main() -> std::io::Result<()> {
     let options = Options::parse();
-    fs::write(options.out.join("tracking.md"), page(&commit()?))?;
-    fs::write(options.out.join("tracking.svg"), svg::render(&figure()))
+    let path = |extension: &str| options.out.join(NAME).with_extension(extension);
+    fs::write(path("md"), page(&commit()?))?;
+    fs::write(path("svg"), svg::render(&figure()))
 }
