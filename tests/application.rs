@@ -59,6 +59,7 @@ fn the_enabled_application_gives_the_compare_values_of_the_simulated_board_integ
             ),
             dead_band: &DeadBandSettings::default(),
             encoder: &EncoderCorrection::NONE,
+            observes_rate: false,
         };
         let mut application = Application::new(&parameters, Start::default());
         // Before the run the encoder is sampled once, then the loop is closed.

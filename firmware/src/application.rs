@@ -60,7 +60,7 @@ use crate::{
     measure::Single,
     parameters::{BoardParameters, StopSettings},
     protection::{Conditions, Counter, Measured, Protection, Winding},
-    timing::periods,
+    timing::{periods, rate_of_mdeg_s},
     velocity::VelocityTracker,
 };
 
@@ -262,7 +262,9 @@ impl Application {
         if !self.control.shaft().is_known() {
             self.velocity.reset();
         }
-        self.control.observe(&parameters.control, measured.count);
+        let change = (measured.rate_change_mdeg_s).filter(|_| settings.observes_rate);
+        let change = change.map(rate_of_mdeg_s);
+        (self.control).observe_change(&parameters.control, measured.count, change);
         self.control.correct(settings.encoder);
         let angle = measured.count.map(|_| self.control.angle());
         self.velocity.step(angle, samples.missed_periods);

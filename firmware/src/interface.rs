@@ -92,6 +92,8 @@ pub struct Settings<'a> {
     pub dead_band: &'a DeadBandSettings,
     /// The error of the encoder.
     pub encoder: &'a EncoderCorrection,
+    /// Whether the rate of the control law changes with the back-EMF.
+    pub observes_rate: bool,
 }
 
 /// State of the CAN controller (ISO 11898-1, fault confinement).

@@ -61,6 +61,8 @@ pub struct Measured {
     pub back_emf_mv: Option<i32>,
     /// The back-EMF is not measured, and no diode explains that.
     pub is_blind: bool,
+    /// Change of the rate since the last control period by the back-EMF, mdeg/s.
+    pub rate_change_mdeg_s: Option<i32>,
     /// Supply voltage, mV.
     pub supply_mv: Option<i32>,
     /// Temperature, thousandths of a degree Celsius.
@@ -142,7 +144,7 @@ impl Protection {
         let is_blind = back_emf_mv.is_none()
             && !scan
                 .is_some_and(|scan| measure::diode_conducts(scan.leg_a, scan.leg_b, scan.supply));
-        (self.travel).advance(motor, back_emf_mv, samples.missed_periods);
+        let rate_change_mdeg_s = (self.travel).advance(motor, back_emf_mv, samples.missed_periods);
         let encoder = self.encoder.validate(
             (&board.encoder, board.control.is_reversed()),
             samples.encoder,
@@ -162,6 +164,7 @@ impl Protection {
             current,
             back_emf_mv,
             is_blind,
+            rate_change_mdeg_s,
             supply_mv,
             temperature_mdeg_c: scan.and_then(|scan| measure::temperature_mdeg_c(scan.temperature)),
         };

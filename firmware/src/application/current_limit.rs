@@ -254,6 +254,7 @@ mod tests {
             limits: &MotorLimits::of(&LimitSettings::DEFAULT, &board, &model),
             dead_band: &DeadBandSettings::default(),
             encoder: &EncoderCorrection::NONE,
+            observes_rate: false,
         };
         let mut limit = CurrentLimit::default();
         let mut after = |supply_mv, mean_ma: i32| {

@@ -38,6 +38,8 @@ pub struct LoopParameters {
     pub dead_band: DeadBandSettings,
     /// The error of the encoder.
     pub encoder: EncoderCorrection,
+    /// Whether the rate of the control law changes with the back-EMF.
+    pub observes_rate: bool,
 }
 
 impl LoopParameters {
@@ -59,6 +61,7 @@ impl LoopParameters {
             forward: ForwardGains::of(values),
             dead_band: dead_band(values),
             encoder: encoder(values, board),
+            observes_rate: values.tracking.rate_observer != 0,
         }
     }
 
@@ -70,6 +73,7 @@ impl LoopParameters {
             limits: &self.limits,
             dead_band: &self.dead_band,
             encoder: &self.encoder,
+            observes_rate: self.observes_rate,
         }
     }
 
@@ -83,6 +87,7 @@ impl LoopParameters {
         self.forward = ForwardGains::of(values);
         self.dead_band = dead_band(values);
         self.encoder = encoder(values, &self.board);
+        self.observes_rate = values.tracking.rate_observer != 0;
     }
 }
 

@@ -111,10 +111,17 @@ pub(super) struct TravelGuard {
 }
 
 impl TravelGuard {
-    /// A control period, after so many that did not run, in the direction of the shaft.
-    pub fn advance(&mut self, motor: &MotorConstants, back_emf_mv: Option<i32>, missed: u8) {
+    /// A control period, after so many that did not run, in the direction of the shaft. Returns by
+    /// how much the motor's rate has changed since the last one, mdeg/s at the shaft, if that is
+    /// known.
+    pub fn advance(
+        &mut self,
+        motor: &MotorConstants,
+        back_emf_mv: Option<i32>,
+        missed: u8,
+    ) -> Option<i32> {
         let rate = back_emf_mv.map(|mv| motor.rate_mdeg_s(mv - self.offset.mv()));
-        self.motor.advance(rate, missed);
+        self.motor.advance(rate, missed)
     }
 
     /// Takes a count this far from the last valid one, unless the motor has not turned the encoder

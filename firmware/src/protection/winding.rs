@@ -113,6 +113,7 @@ mod tests {
             limits: &MotorLimits::of(&LimitSettings::DEFAULT, &parameters, &MODEL),
             dead_band: &DeadBandSettings::default(),
             encoder: &EncoderCorrection::NONE,
+            observes_rate: false,
         };
         let measured = Measured {
             current: Some(PeriodCurrent {

@@ -6,7 +6,7 @@ use super::{
     encoder_word::{COUNT_DEG, EncoderCount},
     parameters::ControlParameters,
     position_loop::{PositionLoop, RATE_END, RateCommand},
-    rate_estimate::{FilterShare, RateEstimate},
+    rate_estimate::{FilterShare, RateEstimate, SLOW_FILTER},
     rate_loop::{RateLoop, RateLoopState},
     shaft_tracker::{Mounting, ShaftTracker},
     units::{Angle, Percent, Rate, angle, limit_between, percent, rate, round},
@@ -239,12 +239,43 @@ pub struct ActiveLimits {
 impl CascadeState {
     /// Takes the encoder's count: once in each control period, before [`CascadeState::regulate`].
     /// Without a valid count angle and rate stay as they are.
-    #[cfg_attr(target_os = "none", inline(never))]
+    #[inline(always)]
     pub fn observe(&mut self, coefficients: &Coefficients, count: Option<EncoderCount>) {
+        self.observe_change(coefficients, count, None);
+    }
+
+    /// The same where another sensor knows by how much the rate has changed since the last control
+    /// period: the rate changes by that, also without a count, and follows the encoder slowly.
+    ///
+    /// ```
+    /// use model_core::control::{cascade::*, encoder_word::*, parameters::ControlParameters};
+    /// use model_core::control::units::rate;
+    ///
+    /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
+    /// let mut state = CascadeState::default();
+    /// state.observe_change(&gains, Some(EncoderCount::new(0)), Some(rate(90.0)));
+    /// state.observe_change(&gains, None, Some(rate(-20.0)));
+    /// // The encoder has not turned at the first count: less by 5 % of 90 deg/s at 250 Hz.
+    /// assert!((state.rate().to_f64() - 65.5).abs() < 1e-6);
+    /// ```
+    #[cfg_attr(target_os = "none", inline(never))]
+    pub fn observe_change(
+        &mut self,
+        coefficients: &Coefficients,
+        count: Option<EncoderCount>,
+        change: Option<Rate>,
+    ) {
+        let filter = match change {
+            Some(change) => {
+                self.rate.change(change);
+                SLOW_FILTER
+            }
+            None => coefficients.filter,
+        };
         match count {
             Some(count) => {
                 let motion = self.shaft.update(coefficients.mounting, count);
-                self.rate.update(coefficients.filter, motion);
+                self.rate.update(filter, motion);
             }
             None => self.shaft.miss(1),
         }

@@ -5,8 +5,9 @@
 use super::{
     arithmetic::Gain,
     encoder_word::{COUNT_DEG, COUNTS_PER_TURN},
+    position_loop::RATE_END,
     shaft_tracker::Motion,
-    units::Rate,
+    units::{Rate, limit_between},
 };
 use crate::time::CONTROL_RATE_HZ;
 
@@ -25,6 +26,9 @@ const COUNT_RATE_STEPS: i32 = COUNT_RATE << (FRACTION_BITS - 9);
 
 /// Weight of a new difference in the estimate.
 pub type FilterShare<const VECTOR: bool = false> = Gain<Rate, Rate, VECTOR>;
+
+/// Weight where another sensor shows the changes of the rate: 80 ms of time constant.
+pub(super) const SLOW_FILTER: FilterShare = FilterShare::new(12.5 / CONTROL_RATE_HZ as f64);
 
 /// The filtered rate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -47,6 +51,14 @@ impl RateEstimate {
         // Both lie within 45,000 deg/s (the estimate is a mean of raw rates, as 0 < share <= 1),
         // so the difference lies within 2^17 and the product within 2^17.
         self.0 += share.times(raw - self.0);
+    }
+
+    /// The rate has changed by this much, by another sensor.
+    pub fn change(&mut self, change: Rate) {
+        // Both within 2^17.
+        let mut rate = self.0 + change;
+        let _ = limit_between(&mut rate, RATE_END, RATE_END);
+        self.0 = rate;
     }
 
     /// The estimate, within +-45,000 deg/s.

@@ -96,6 +96,7 @@ impl Drive {
             limits: &self.limits,
             dead_band: &DeadBandSettings::default(),
             encoder: &EncoderCorrection::NONE,
+            observes_rate: false,
         };
         let samples: Samples = native::samples(&self.plant.sampled());
         let outputs = *self.application.control_period(settings, &samples);

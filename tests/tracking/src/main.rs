@@ -4,11 +4,11 @@
 
 mod command;
 mod drive;
+mod page;
 
 use core::f64::consts::TAU;
 use std::fs;
 use std::path::PathBuf;
-use std::process::Command;
 
 use clap::Parser;
 use firmware::control_loop::LoopParameters;
@@ -16,6 +16,8 @@ use firmware::parameters::{BoardParameters, ObjectValues};
 use firmware::timing::periods;
 use host_sim::input::flight_like;
 use host_sim::plot::{Figure, Panel, Series, svg};
+use model_core::control::cascade::Coefficients;
+use model_core::control::parameters::ControlParameters;
 use model_core::plant::board::BoardPlantOptions;
 use model_core::time::{CONTROL_PERIOD_S as PERIOD_S, CONTROL_RATE_HZ};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
@@ -40,24 +42,38 @@ const PERIODS: u32 = 30 * CONTROL_RATE_HZ;
 /// Intervals of targets, ms, and their rates.
 const INTERVALS: [(i32, &str); 2] = [(4, "250 Hz"), (20, "50 Hz")];
 
-/// A loop: its name, the shares of feed-forward in thousandths, and the dead band, mdeg.
+/// A loop: its name, the shares of feed-forward in thousandths, the dead band, mdeg, the factor of
+/// the gains, and whether the rate is observed by the back-EMF.
 struct Setup {
     name: &'static str,
     forward_permille: u16,
     dead_band_mdeg: u16,
+    gains: f64,
+    observes: bool,
 }
 
-const SETUPS: [Setup; 2] = [
+const SETUPS: [Setup; 3] = [
     Setup {
         name: "paper's loop",
         forward_permille: 0,
         dead_band_mdeg: 0,
+        gains: 1.0,
+        observes: false,
     },
     // Half a count is the quantisation, and a count is noise that changes it.
     Setup {
-        name: "with 2013h and 2014h",
+        name: "with 2013h:1-3 and 2014h",
         forward_permille: 1000,
         dead_band_mdeg: 132,
+        gains: 1.0,
+        observes: false,
+    },
+    Setup {
+        name: "and 2013h:4, gains x 2",
+        forward_permille: 1000,
+        dead_band_mdeg: 132,
+        gains: 2.0,
+        observes: true,
     },
 ];
 
@@ -90,7 +106,20 @@ impl Setup {
             );
         }
         values.profile.interpolation_time = interval_ms as u8;
-        let parameters = LoopParameters::new(&BoardParameters::DEFAULT, &values);
+        values.tracking.rate_observer = self.observes.into();
+        let gains = ControlParameters::DEFAULT;
+        let gains = ControlParameters {
+            position_gain: gains.position_gain * self.gains,
+            proportional_gain: gains.proportional_gain * self.gains,
+            integral_gain: gains.integral_gain * self.gains * self.gains,
+            anti_windup_gain: gains.anti_windup_gain * self.gains,
+            ..gains
+        };
+        let board = BoardParameters {
+            control: Coefficients::try_new(&gains).expect("in range"),
+            ..BoardParameters::DEFAULT
+        };
+        let parameters = LoopParameters::new(&board, &values);
         Drive::enabled(plant, &parameters)
     }
 }
@@ -273,6 +302,27 @@ fn rest(setup: &Setup, torque_nm: f64) -> (f64, f64) {
     (changes, motion.reduce(|| 0.0, f64::max))
 }
 
+/// Greatest way of a shaft that rests when a torque begins, deg, and rms of the duty about its mean
+/// under the torque, %.
+fn loaded(setup: &Setup, torque_nm: f64) -> (f64, f64) {
+    let motions = (0..SEEDS).into_par_iter().map(|seed| {
+        let mut drive = setup.drive(seed, 4);
+        let target = |_| 12.3 + 0.1 * seed as f64;
+        let rested = follow(&mut drive, 4, target);
+        drive.defects().torque_nm = torque_nm;
+        let from_deg = rested[rested.len() - 1].angle_deg;
+        let samples = follow(&mut drive, 4, target);
+        let ways = (samples.iter()).map(|sample| (sample.angle_deg - from_deg).abs());
+        let held = &samples[samples.len() / 2..];
+        let number = held.len() as f64;
+        let mean_pct = held.iter().map(|sample| sample.duty_pct).sum::<f64>() / number;
+        let square = |sample: &Sample| (sample.duty_pct - mean_pct).powi(2);
+        let rms_pct = (held.iter().map(square).sum::<f64>() / number).sqrt();
+        (ways.fold(0.0, f64::max), rms_pct / SEEDS as f64)
+    });
+    motions.reduce(|| (0.0, 0.0), |a, b| (a.0.max(b.0), a.1 + b.1))
+}
+
 /// Copper loss while a torque is held, W.
 fn holding_loss_w(setup: &Setup, torque_nm: f64) -> f64 {
     mean(|seed| {
@@ -314,7 +364,7 @@ fn figure() -> Figure {
 }
 
 /// The lines of the table, each with a figure of each setup.
-fn rows() -> Vec<(String, [f64; 2])> {
+fn rows() -> Vec<(String, [f64; 3])> {
     type Measure = Box<dyn Fn(&Setup) -> f64>;
     let mut measures: Vec<(String, Measure)> = Vec::new();
     for (interval_ms, rate) in INTERVALS {
@@ -366,6 +416,14 @@ fn rows() -> Vec<(String, [f64; 2])> {
         ));
     }
     measures.push((
+        "step of the load to 0.3 N m: greatest motion (deg)".to_owned(),
+        Box::new(|setup| loaded(setup, -0.3).0),
+    ));
+    measures.push((
+        "0.3 N m held: rms of the duty about its mean (%)".to_owned(),
+        Box::new(|setup| loaded(setup, -0.3).1),
+    ));
+    measures.push((
         "copper loss, targets at 50 Hz (W)".to_owned(),
         Box::new(flight_loss_w),
     ));
@@ -379,86 +437,9 @@ fn rows() -> Vec<(String, [f64; 2])> {
         .collect()
 }
 
-/// The commit of the sources.
-fn commit() -> std::io::Result<String> {
-    let output = Command::new("git")
-        .args(["rev-parse", "--short", "HEAD"])
-        .output()?;
-    Ok(String::from_utf8_lossy(&output.stdout).trim().to_owned())
-}
-
-fn page(commit: &str) -> String {
-    let [paper, with] = SETUPS.map(|setup| setup.name);
-    let mut page = format!(
-        "# {TITLE}\n\nWritten by `{COMMAND}` at commit {commit}.\n\n{TEXT}\n{RATES}\n\
-         | | {paper} | {with} |\n|---|---|---|\n"
-    );
-    for (name, [paper, with]) in rows() {
-        page += &format!("| {name} | {paper:.2} | {with:.2} |\n");
-    }
-    page + &format!("\n![Targets at 50 Hz]({NAME}.svg)\n")
-}
-
-/// Whether the rates are those of the paper.
-const IS_PAPERS: bool = CONTROL_RATE_HZ == 250;
-
-/// Name of the page.
-const NAME: &str = if IS_PAPERS {
-    "tracking"
-} else {
-    "tracking-1-khz"
-};
-
-const TITLE: &str = if IS_PAPERS {
-    "Tracking"
-} else {
-    "Tracking with a loop at 1 kHz"
-};
-
-const COMMAND: &str = if IS_PAPERS {
-    "cargo run --release -p tracking"
-} else {
-    "ACTUATOR_RATES_1_KHZ=1 cargo run --release -p tracking --target-dir target/rates"
-};
-
-/// What the page says of its rates.
-const RATES: &str = if IS_PAPERS {
-    "\
-The control step runs at 250 Hz and the PWM at 1 kHz; [here](tracking-1-khz.md) at 1 kHz and 20 kHz.
-"
-} else {
-    "\
-This is the second set of rates: the control step runs at 1 kHz and the PWM at 20 kHz, with the gains and
-the time constant of the rate filter of the [first set](tracking.md). The current no longer pulses, so that
-less copper loss makes the same torque. With feed-forward the shaft is ahead of the demand by the delays
-of the loop. At 250 Hz that compensates part of the interval of targets at 50 Hz, at 1 kHz it does not: see
-the line with the command of 20 ms before.
-"
-};
-
-const TEXT: &str = "\
-Object 2013h adds to the loop of the paper, in shares of 0.1 %:
-
-- 1: the velocity of the demand to the rate of the position loop;
-- 2: the voltage that the motor of 2011h needs for the demand, at the present supply, to the duty;
-- 3: a dead band (mdeg) within which an unloaded shaft at rest gets no duty.
-
-Object 2014h subtracts the error of the encoder once and twice a turn, here that of the plant.
-
-All are 0 by default. At a stiff supply they do not change the margins of the loop; 2011h has to
-describe the motor. Here 1 and 2 are 1000 and 3 is 132: half a count of quantisation, and a count of
-noise. Cyclic targets need 60C2h:1 at their interval. The motor bounds the bandwidth: 2,150 deg/s^2 are
-3.9 Hz at 3.5 deg, which are -3 dB of 5 deg.
-
-Means of 10 drives with noise, friction, magnet and supply of their seeds, natively, of motions and steps
-the greatest; the error is that of the shaft against the command at the same time, where nothing else is
-said in moves by half a cosine of up to 157 deg/s. In a line with a difference the plant has it, and 2011h
-does not. With 1 deg of play the error is hardly larger: a compensation of the play would not reduce it.
-";
-
 fn main() -> std::io::Result<()> {
     let options = Options::parse();
-    let path = |extension: &str| options.out.join(NAME).with_extension(extension);
-    fs::write(path("md"), page(&commit()?))?;
+    let path = |extension: &str| options.out.join(page::NAME).with_extension(extension);
+    fs::write(path("md"), page::page()?)?;
     fs::write(path("svg"), svg::render(&figure()))
 }

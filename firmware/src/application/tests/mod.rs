@@ -8,6 +8,7 @@ mod current_sense;
 mod duty_limit;
 mod faults;
 mod missing_samples;
+mod rate_observer;
 mod rates;
 mod sources;
 mod stall;
@@ -163,6 +164,7 @@ pub(crate) struct Configured {
     pub parameters: BoardParameters,
     pub motor: MotorConstants,
     pub limits: LimitSettings,
+    pub observes_rate: bool,
 }
 
 impl Configured {
@@ -178,6 +180,7 @@ impl Configured {
             parameters,
             motor: MotorConstants::of(&ModelSettings::DEFAULT),
             limits: LimitSettings::DEFAULT,
+            observes_rate: false,
         }
     }
 
@@ -189,6 +192,7 @@ impl Configured {
             limits: &limits,
             dead_band: &DeadBandSettings::default(),
             encoder: &EncoderCorrection::NONE,
+            observes_rate: self.observes_rate,
         };
         *self.application.control_period(settings, samples)
     }

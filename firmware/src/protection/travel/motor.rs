@@ -56,8 +56,9 @@ pub(super) struct MotorTravel {
 }
 
 impl MotorTravel {
-    /// A control period with this rate, mdeg/s, after so many that did not run.
-    pub fn advance(&mut self, rate: Option<i32>, missed: u8) {
+    /// A control period with this rate, mdeg/s, after so many that did not run. Returns by how much
+    /// the rate has changed since the last one, if that is known.
+    pub fn advance(&mut self, rate: Option<i32>, missed: u8) -> Option<i32> {
         let periods = i32::from(missed) + 1;
         self.periods = MOST_PERIODS.min(self.periods + periods);
         self.gap = LONGEST.min(self.gap + periods);
@@ -65,7 +66,7 @@ impl MotorTravel {
             if let LastRate::Settled(before) = self.last {
                 self.last = LastRate::Unsettled(before);
             }
-            return;
+            return None;
         };
         let is_near = |before: i32| (now - before).abs() <= GREATEST_CHANGE;
         let before = match self.last {
@@ -83,6 +84,7 @@ impl MotorTravel {
             self.last = LastRate::Unsettled(now);
         }
         self.gap = 0;
+        before.map(|before| now - before)
     }
 
     /// Control periods whose travel is not known, or not yet.
