@@ -262,9 +262,13 @@ impl Application {
         if !self.control.shaft().is_known() {
             self.velocity.reset();
         }
-        let change = (measured.rate_change_mdeg_s).filter(|_| settings.observes_rate);
-        let change = change.map(rate_of_mdeg_s);
-        (self.control).observe_change(&parameters.control, measured.count, change);
+        match measured.rate_change_mdeg_s {
+            Some(mdeg_s) if settings.observes_rate => {
+                let change = rate_of_mdeg_s(mdeg_s);
+                (self.control).observe_change(&parameters.control, measured.count, change);
+            }
+            _ => (self.control).observe(&parameters.control, measured.count),
+        }
         self.control.correct(settings.encoder);
         let angle = measured.count.map(|_| self.control.angle());
         self.velocity.step(angle, samples.missed_periods);

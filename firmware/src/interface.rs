@@ -11,6 +11,7 @@ use model_core::{
         units::{Angle, Percent, Rate},
     },
     sensors::adc::AdcCode,
+    time::CONTROL_PERIODS_PER_WINDOW,
 };
 
 use crate::{
@@ -29,6 +30,8 @@ pub struct Samples {
     pub current: Option<AdcCode>,
     /// The scan in and before the last coast window; `None` if it has not ended.
     pub scan: Option<Scan>,
+    /// Whether that window was before an earlier control period.
+    pub holds_scan: bool,
     /// Width of the servo pulse that ended since the last control period, us.
     pub servo_pulse_us: Option<u16>,
     /// Whether the break input has switched the bridge off since the last control period.
@@ -53,6 +56,11 @@ pub struct Scan {
 }
 
 impl Samples {
+    /// Whether the scan is held: with a window in each control period it never is.
+    pub const fn is_scan_held(&self) -> bool {
+        CONTROL_PERIODS_PER_WINDOW > 1 && self.holds_scan
+    }
+
     /// An encoder word and otherwise a board at rest: no current, no back-EMF, 6 V, 25 deg C.
     ///
     /// ```
@@ -71,6 +79,7 @@ impl Samples {
                 supply: AdcCode::new(1489),
                 temperature: AdcCode::new(2048),
             }),
+            holds_scan: false,
             servo_pulse_us: None,
             bridge_tripped: false,
             missed_periods: 0,

@@ -30,6 +30,7 @@ pub fn samples(sampled: &Sampled) -> Samples {
                 supply: converted.supply,
                 temperature: scanned.temperature,
             }),
+        holds_scan: sampled.holds_scan,
         servo_pulse_us: None,
         bridge_tripped: false,
         missed_periods: 0,

@@ -61,12 +61,22 @@ pub struct Measured {
     pub back_emf_mv: Option<i32>,
     /// The back-EMF is not measured, and no diode explains that.
     pub is_blind: bool,
+    /// The back-EMF is that of an earlier control period.
+    pub is_back_emf_held: bool,
     /// Change of the rate since the last control period by the back-EMF, mdeg/s.
     pub rate_change_mdeg_s: Option<i32>,
     /// Supply voltage, mV.
     pub supply_mv: Option<i32>,
     /// Temperature, thousandths of a degree Celsius.
     pub temperature_mdeg_c: Option<i32>,
+}
+
+impl Measured {
+    /// Current and back-EMF, mV, of the same control period.
+    pub fn at_scan(&self) -> Option<(PeriodCurrent, i32)> {
+        let pair = self.current.zip(self.back_emf_mv);
+        pair.filter(|_| !self.is_back_emf_held)
+    }
 }
 
 /// The inputs of the protections.
@@ -144,7 +154,11 @@ impl Protection {
         let is_blind = back_emf_mv.is_none()
             && !scan
                 .is_some_and(|scan| measure::diode_conducts(scan.leg_a, scan.leg_b, scan.supply));
-        let rate_change_mdeg_s = (self.travel).advance(motor, back_emf_mv, samples.missed_periods);
+        let rate_change_mdeg_s = if samples.is_scan_held() && back_emf_mv.is_some() {
+            self.travel.hold(samples.missed_periods)
+        } else {
+            (self.travel).advance(motor, back_emf_mv, samples.missed_periods)
+        };
         let encoder = self.encoder.validate(
             (&board.encoder, board.control.is_reversed()),
             samples.encoder,
@@ -164,6 +178,7 @@ impl Protection {
             current,
             back_emf_mv,
             is_blind,
+            is_back_emf_held: samples.is_scan_held(),
             rate_change_mdeg_s,
             supply_mv,
             temperature_mdeg_c: scan.and_then(|scan| measure::temperature_mdeg_c(scan.temperature)),

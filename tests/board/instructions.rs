@@ -234,7 +234,7 @@ const MODES: [u8; 7] = [1, 3, 4, 7, 8, 9, 10];
 const WITH_A_STOP: u64 = 8_900;
 
 /// The same with everything on: a jerk-limited profile is the mean of a fast one.
-const WITH_EVERYTHING: u64 = 10_000;
+const WITH_EVERYTHING: u64 = 10_050;
 
 /// Objects that are 0 by default: feed-forward of velocity and model, the dead band, offsets of
 /// velocity and torque, polarity, jerk-limited profiles.

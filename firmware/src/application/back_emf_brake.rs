@@ -30,7 +30,6 @@ use model_core::control::units::{Percent, Rate};
 use crate::{
     measure::{PeriodCurrent, Ripple},
     parameters::CurrentLimits,
-    timing::periods,
 };
 
 /// `k`.
@@ -60,12 +59,12 @@ const SLOW_MV: i32 = 400;
 const SLOW_COUNTED_MA: i32 = 25;
 const SLOW_MA: i32 = 100;
 
-/// Control periods, 12 ms, after which the sign is known.
-const KNOWN: i8 = periods(12) as i8;
+/// Scans, 12 ms, after which the sign is known.
+const KNOWN: i8 = 3;
 
 /// A motion against the brake counts from this rate on, for 20 ms.
 const CONTRADICTING: Rate = Rate::from_int(10);
-const CONTRADICTED: u8 = periods(20) as u8;
+const CONTRADICTED: u8 = 5;
 
 /// Whether the shaft stands, by its back-EMF.
 pub(super) const fn stands(back_emf_mv: i32) -> bool {

@@ -60,7 +60,7 @@ impl Application {
                 self.decelerate(settings, measured)
             }
             BoardState::Enabled if is_valid => {
-                if let Some((current, back_emf_mv)) = measured.current.zip(measured.back_emf_mv) {
+                if let Some((current, back_emf_mv)) = measured.at_scan() {
                     self.back_emf_brake.observe_driven(current, back_emf_mv);
                 }
                 let step = match self.setpoints.torque() {
@@ -190,7 +190,7 @@ impl Application {
     /// the duty is zero, which shorts the motor.
     fn oppose_back_emf(&mut self, settings: Settings<'_>, measured: &Measured) {
         let back_emf_mv = measured.back_emf_mv;
-        if let Some((current, back_emf_mv)) = measured.current.zip(back_emf_mv) {
+        if let Some((current, back_emf_mv)) = measured.at_scan() {
             self.back_emf_brake.observe_braked(current, back_emf_mv);
             if measured.count.is_some() {
                 let of_back_emf_ma = settings.motor.ripple.of_back_emf_ma(back_emf_mv);

@@ -280,7 +280,7 @@ impl ServoBus {
 }
 
 /// Control periods between two exchanges that count: more are those of the start.
-const MOST_PERIODS: u32 = 5;
+const MOST_PERIODS: u32 = periods(20) as u32;
 
 /// Length of a control period, us.
 const PERIOD_US: u32 = 1000 * CONTROL_PERIOD_MS as u32;

@@ -121,6 +121,7 @@ mod tests {
         current: no_current_at_a_stall_current_of(0),
         back_emf_mv: Some(0),
         is_blind: false,
+        is_back_emf_held: false,
         rate_change_mdeg_s: None,
         supply_mv: Some(6_000),
         temperature_mdeg_c: Some(25_000),

@@ -19,6 +19,7 @@ pub(super) const UNMEASURED: Measured = Measured {
     current: None,
     back_emf_mv: None,
     is_blind: true,
+    is_back_emf_held: false,
     rate_change_mdeg_s: None,
     supply_mv: None,
     temperature_mdeg_c: None,

@@ -86,8 +86,8 @@ const BEYOND_PLAY_MDEG: i32 = 2_000;
 /// Control periods after which a drift of 20 deg/s is detected.
 pub const AT_20_DEG_S_PERIODS: i32 = LIMIT_MDEG * MDEG / per_period(20_000 - OFFSET_MDEG_S) + 1;
 
-/// Control periods without a count of travel after which an implausible encoder is stuck.
-const STILL: u8 = periods(12) as u8;
+/// Comparisons without a count of travel after which an implausible encoder is stuck.
+const STILL: u8 = 3;
 
 /// Control periods of the leak, 2.05 s, as a power of two: 9 at 250 Hz.
 const LEAK: u32 = periods(2_050).ilog2();
@@ -105,7 +105,7 @@ pub(super) struct TravelGuard {
     /// Leaky sums of the residual and of the motor's travel.
     drift: i32,
     motion: i32,
-    /// Control periods since the encoder has turned.
+    /// Comparisons since the encoder has turned.
     still: u8,
     constant: ConstantError,
 }
@@ -124,13 +124,18 @@ impl TravelGuard {
         self.motor.advance(rate, missed)
     }
 
+    /// The same in a control period that has the back-EMF of the last one.
+    pub fn hold(&mut self, missed: u8) -> Option<i32> {
+        self.motor.hold(missed)
+    }
+
     /// Takes a count this far from the last valid one, unless the motor has not turned the encoder
     /// there; returns whether it is valid. Where the motor's travel is not known, it is at most
     /// that of `greatest_rate_deg_s`.
     pub fn accept(&mut self, travelled: i32, greatest_rate_deg_s: i32) -> bool {
         // Half of a turn, and for each count of a short gap: 2^29.
         let way = travelled + self.held;
-        let residual = way * COUNT - self.motor.expected;
+        let residual = way * COUNT - self.motor.expected_now();
         let (above, below) = self.allowances();
         let allowance = if residual > 0 { above } else { below };
         let window = WINDOW_MDEG * MDEG + allowance;
@@ -138,7 +143,7 @@ impl TravelGuard {
             return false;
         }
         if self.motor.is_in_short_gap() {
-            // It is compared with the next back-EMF.
+            // It is compared with the next scan.
             self.held = way;
             return true;
         }

@@ -11,7 +11,7 @@
 //! processor both start at the temperature of the board; a reset of the node keeps them.
 
 use super::Conditions;
-use crate::interface::Settings;
+use crate::{interface::Settings, timing::periods};
 
 /// Rise of the resistance of copper, 1/K, from 25 deg C on.
 const COPPER_K: f32 = 0.0039;
@@ -19,7 +19,7 @@ const COLD_DEG_C: f32 = 25.0;
 
 /// At the start both follow the board for so many measurements, with a quarter of the difference
 /// each: a single wrong one leaves 1 % of its error.
-const SETTLED: u8 = 20;
+const SETTLED: u8 = periods(80) as u8;
 
 /// The temperatures end so far above the limit, K, and from a wrong current recover in a minute.
 const BEYOND_K: f32 = 5.0;

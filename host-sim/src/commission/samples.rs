@@ -8,6 +8,7 @@ use model_core::control::pwm_timer::{
 };
 use model_core::control::units::percent;
 use model_core::sensors::dividers::back_emf_gain;
+use model_core::time::PWM_PERIODS_PER_UPDATE;
 
 use super::winding::{Driven, Winding};
 use super::{CommissionError, refuse};
@@ -62,6 +63,13 @@ pub struct Board {
 impl Board {
     /// The board of this client, with the motor parameters of 2011h.
     pub fn of(client: &mut Client) -> Result<Self, CommissionError> {
+        if PWM_PERIODS_PER_UPDATE > 1 {
+            // The models of winding and twin are those of the default rates.
+            return refuse(
+                "rates",
+                "a board at the second set of rates is not commissioned",
+            );
+        }
         let resistance_ohm = real(client, "2011:1")?;
         let inductance_h = real(client, "2011:8")?;
         Ok(Self {

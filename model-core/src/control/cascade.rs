@@ -239,9 +239,9 @@ pub struct ActiveLimits {
 impl CascadeState {
     /// Takes the encoder's count: once in each control period, before [`CascadeState::regulate`].
     /// Without a valid count angle and rate stay as they are.
-    #[inline(always)]
+    #[cfg_attr(target_os = "none", inline(never))]
     pub fn observe(&mut self, coefficients: &Coefficients, count: Option<EncoderCount>) {
-        self.observe_change(coefficients, count, None);
+        self.take(coefficients.mounting, coefficients.filter, count);
     }
 
     /// The same where another sensor knows by how much the rate has changed since the last control
@@ -253,8 +253,8 @@ impl CascadeState {
     ///
     /// let gains = Coefficients::try_new(&ControlParameters::default()).unwrap();
     /// let mut state = CascadeState::default();
-    /// state.observe_change(&gains, Some(EncoderCount::new(0)), Some(rate(90.0)));
-    /// state.observe_change(&gains, None, Some(rate(-20.0)));
+    /// state.observe_change(&gains, Some(EncoderCount::new(0)), rate(90.0));
+    /// state.observe_change(&gains, None, rate(-20.0));
     /// // The encoder has not turned at the first count: less by 5 % of 90 deg/s at 250 Hz.
     /// assert!((state.rate().to_f64() - 65.5).abs() < 1e-6);
     /// ```
@@ -263,18 +263,17 @@ impl CascadeState {
         &mut self,
         coefficients: &Coefficients,
         count: Option<EncoderCount>,
-        change: Option<Rate>,
+        change: Rate,
     ) {
-        let filter = match change {
-            Some(change) => {
-                self.rate.change(change);
-                SLOW_FILTER
-            }
-            None => coefficients.filter,
-        };
+        self.rate.change(change);
+        self.take(coefficients.mounting, SLOW_FILTER, count);
+    }
+
+    #[inline(always)]
+    fn take(&mut self, mounting: Mounting, filter: FilterShare, count: Option<EncoderCount>) {
         match count {
             Some(count) => {
-                let motion = self.shaft.update(coefficients.mounting, count);
+                let motion = self.shaft.update(mounting, count);
                 self.rate.update(filter, motion);
             }
             None => self.shaft.miss(1),

@@ -14,7 +14,11 @@ impl ControlParameters {
 }
 
 /// Share of a new encoder difference: 7.8 ms of time constant, `1 - 0.6^(250 Hz/rate)`.
-const RATE_FILTER: f64 = if CONTROL_RATE_HZ == 250 { 0.4 } else { 0.12 };
+const RATE_FILTER: f64 = match CONTROL_RATE_HZ {
+    250 => 0.4,
+    1_000 => 0.12,
+    _ => panic!("no filter for this rate"),
+};
 
 crate::parameters! {
     /// Gains and limits of the control step; the presets of [`crate::presets`] set them.

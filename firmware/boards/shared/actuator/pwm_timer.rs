@@ -44,6 +44,11 @@ const _: () = assert!(
     "the window starts in the first PWM period"
 );
 
+const _: () = assert!(
+    BACK_EMF_COUNT != WINDOW_COUNT,
+    "the count distinguishes them"
+);
+
 /// The most interrupts of the channels in a control period: the sample of the current, the start of
 /// the window, and the matches up to the sample of the back-EMF.
 pub const MOST_INSTANTS: u32 = 3 + SKIPPED_MATCHES;

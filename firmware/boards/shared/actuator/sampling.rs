@@ -21,6 +21,7 @@ pub struct Sampling {
 struct Events {
     bridge_tripped: bool,
     missed_periods: u8,
+    holds_scan: bool,
     bus: BusState,
 }
 
@@ -34,13 +35,14 @@ impl Sampling {
             events: Events {
                 bridge_tripped: false,
                 missed_periods: 0,
+                holds_scan: false,
                 bus: BusState::Active,
             },
         }
     }
 
-    /// Ends the sampling for a control period, after so many that did not run. `had_window`: the
-    /// last one had a coast window, or may have had one.
+    /// Ends the sampling for a control period, after so many that did not run. `had_window`:
+    /// there was a coast window in one of them or in the last one that ran.
     // Not inlined, with a fixed symbol, so that the emulator counts its instructions.
     #[unsafe(no_mangle)]
     #[inline(never)]
@@ -57,6 +59,7 @@ impl Sampling {
         self.events = Events {
             bridge_tripped: bridge.take_trip(),
             missed_periods,
+            holds_scan: !had_window,
             bus: bus_status::take_worst_state(),
         };
     }
@@ -69,6 +72,7 @@ impl Sampling {
             encoder: self.encoder.word(),
             current,
             scan,
+            holds_scan: self.events.holds_scan,
             servo_pulse_us: self.servo_pulse.width_us(),
             bridge_tripped: self.events.bridge_tripped,
             missed_periods: self.events.missed_periods,

@@ -15,9 +15,9 @@ use crate::chip::pac::{WWDG, wwdg::cfr::WDGTB};
 /// | 1 kHz | 0.20 ms | 63 + 1 counts, 12.3 to 12.5 ms |
 const FIGURES: (WDGTB, u8) = match CONTROL_RATE_HZ {
     250 => (WDGTB::Div8, 0x5f),
-    _ => (WDGTB::Div2, 0x7f),
+    1_000 => (WDGTB::Div2, 0x7f),
+    _ => panic!("no figures for this rate"),
 };
-const _: () = assert!(CONTROL_RATE_HZ <= 1_000);
 
 /// Feeding is permitted from this count on: 2 to 3 counts, at most 2.4 or 0.6 ms, after the last
 /// time. It is fed after steps that end in the first update period of their control period: at

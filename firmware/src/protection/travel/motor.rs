@@ -5,6 +5,8 @@
 //! known. Nor is it until two scans behind a gap agree: legs that have not settled show a rate that
 //! the motor does not have.
 
+use model_core::time::CONTROL_PERIODS_PER_WINDOW;
+
 use super::per_period;
 use crate::timing::periods;
 
@@ -24,6 +26,9 @@ const GREATEST_CHANGE: i32 = 40_000;
 
 /// Control periods of a gap that are counted: those between two scans, at most.
 const LONGEST: i32 = periods(1_024) as i32;
+
+/// Whether there are control periods without a scan.
+const HOLDS: bool = CONTROL_PERIODS_PER_WINDOW > 1;
 
 /// Greatest travel that is expected.
 const FURTHEST: i32 = per_period(END) * LONGEST;
@@ -59,9 +64,7 @@ impl MotorTravel {
     /// A control period with this rate, mdeg/s, after so many that did not run. Returns by how much
     /// the rate has changed since the last one, if that is known.
     pub fn advance(&mut self, rate: Option<i32>, missed: u8) -> Option<i32> {
-        let periods = i32::from(missed) + 1;
-        self.periods = MOST_PERIODS.min(self.periods + periods);
-        self.gap = LONGEST.min(self.gap + periods);
+        self.pass(missed);
         let Some(now) = rate.map(|rate| rate.clamp(-END, END)) else {
             if let LastRate::Settled(before) = self.last {
                 self.last = LastRate::Unsettled(before);
@@ -87,9 +90,33 @@ impl MotorTravel {
         before.map(|before| now - before)
     }
 
+    /// A control period without a scan, between two scans. The rate counts as unchanged until the
+    /// next one; returns that change, if the rate is known.
+    pub fn hold(&mut self, missed: u8) -> Option<i32> {
+        self.pass(missed);
+        matches!(self.last, LastRate::Settled(_)).then_some(0)
+    }
+
+    fn pass(&mut self, missed: u8) {
+        let periods = i32::from(missed) + 1;
+        self.periods = MOST_PERIODS.min(self.periods + periods);
+        self.gap = LONGEST.min(self.gap + periods);
+    }
+
+    /// The expected travel with that of the control periods since the last scan.
+    pub fn expected_now(&self) -> i32 {
+        match self.last {
+            LastRate::Settled(rate) if HOLDS => self.expected + per_period(rate) * self.gap,
+            _ => self.expected,
+        }
+    }
+
     /// Control periods whose travel is not known, or not yet.
     pub fn blind_periods(&self) -> i32 {
-        self.periods.min(self.unknown + self.gap)
+        match self.last {
+            LastRate::Settled(_) if HOLDS => self.periods.min(self.unknown),
+            _ => self.periods.min(self.unknown + self.gap),
+        }
     }
 
     /// Whether the travel may be known with the next back-EMF.

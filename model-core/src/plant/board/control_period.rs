@@ -13,6 +13,8 @@ pub struct Sampled {
     pub converted: Option<Sensed>,
     /// The scan in the last coast window; `None` before the first one.
     pub scanned: Option<Sensed>,
+    /// Whether that window was before an earlier control period.
+    pub holds_scan: bool,
 }
 
 /// The plant at the end of an update period.
@@ -48,6 +50,7 @@ impl SampledBoardPlant {
                 sensed,
                 converted: None,
                 scanned: None,
+                holds_scan: false,
             },
             since_window: 0,
         };
@@ -83,6 +86,7 @@ impl SampledBoardPlant {
             self.update_period(has_window && period + 1 == PERIODS, see);
         }
         self.sampled.converted = Some(self.sampled.sensed);
+        self.sampled.holds_scan = !has_window;
         if has_window {
             self.sampled.scanned = Some(self.sampled.sensed);
             self.since_window = 0;

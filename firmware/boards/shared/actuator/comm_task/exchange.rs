@@ -2,7 +2,7 @@
 //! state of the bus and of the queues.
 
 use cortex_m::peripheral::SCB;
-use firmware::timing::COMMUNICATION_PERIODS;
+use firmware::timing::{COMMUNICATION_PERIODS, periods};
 
 use super::{
     super::{
@@ -12,16 +12,19 @@ use super::{
     CommTask,
 };
 
+/// Communication cycles in 4 ms.
+const STALE_CYCLES: usize = COMMUNICATION_PERIODS.len() * periods(4) as usize;
+
 impl CommTask {
-    /// Requests that process data be discarded that has waited for a control period in which no
-    /// frame left the board, and has what was discarded sampled anew: after a gap of the bus the
+    /// Requests that process data be discarded that has waited for 4 ms in which no frame left the
+    /// board, and has what was discarded sampled anew: after a gap of the bus the
     /// first telemetry is the newest.
     pub(super) fn discard_stale(&mut self) {
         let (cycles, before) = self.waited;
         let transmitted = bus_status::transmitted();
         let waits = (self.queues.process_data.len() > 0) && transmitted == before;
         self.waited = (if waits { cycles + 1 } else { 0 }, transmitted);
-        if self.waited.0 >= COMMUNICATION_PERIODS.len() || !self.queues.process_data.ready() {
+        if self.waited.0 >= STALE_CYCLES || !self.queues.process_data.ready() {
             bus_status::request_discard();
         }
         let discarded = bus_status::discarded();
