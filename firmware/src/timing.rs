@@ -13,9 +13,9 @@ const _: () = assert!(
     "a control period is a whole number of milliseconds"
 );
 
-/// The update periods of a control period in which the calls of the CANopen device start: at the first
-/// edge after the control step, and so that the second call ends before the last update period, also
-/// if that is short.
+/// The update periods of a control period in which the calls of the CANopen device start: at the
+/// first edge after the control step, and so that the second call ends before the last update
+/// period, also if that is short.
 pub const COMMUNICATION_PERIODS: [u32; 2] = {
     let eighth = UPDATE_PERIODS_PER_CONTROL_PERIOD / 8;
     let first = if eighth == 0 { 1 } else { eighth };

@@ -18,8 +18,8 @@ use crate::timing::{angle_of_mdeg, periods};
 /// Three times 1/P: a motion of the default gains has ended.
 const SETTLED_PERIODS: u16 = periods(375);
 
-/// A mean of the duty takes a share of each new one, 2^-6 at 250 Hz: over 256 ms, since the noise makes
-/// 12 %.
+/// A mean of the duty takes a share of each new one, 2^-6 at 250 Hz: over 256 ms, since the noise
+/// makes 12 %.
 const MEAN_BITS: u32 = periods(256).ilog2();
 
 /// When a shaft rests; by default never.

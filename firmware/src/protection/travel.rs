@@ -151,7 +151,8 @@ impl TravelGuard {
         if self.motor.is_known() {
             self.above = next(self.above, residual - above);
             self.below = next(self.below, -residual - below);
-            // The motor's is at most 2^21 mdeg/s for the leak, 2^30; that of accepted residuals less.
+            // The motor's is at most 2^21 mdeg/s for the leak, 2^30; that of accepted residuals
+            // less.
             self.drift += residual - (self.drift >> LEAK) * self.motor.periods;
             self.motion += self.motor.expected - (self.motion >> LEAK) * self.motor.periods;
             self.constant.learn(self.drift, self.motion);

@@ -1,8 +1,8 @@
 //! The PWM timer of the board: from a duty to the compare value that the timer takes.
 //!
-//! At 1 kHz the timer resolves 1/560 %, at 20 kHz 1/84 %. The remainder of each rounding is added to the next duty
-//! (first-order noise shaping), so that the mean duty is exact and the shaft does not creep away
-//! from where a loop without quantisation would hold it.
+//! At 1 kHz the timer resolves 1/560 %, at 20 kHz 1/84 %. The remainder of each rounding is added
+//! to the next duty (first-order noise shaping), so that the mean duty is exact and the shaft does
+//! not creep away from where a loop without quantisation would hold it.
 //!
 //! The cascade decides duties, without counts. The firmware takes the type of its outputs from
 //! here, the simulations the duty that a compare value makes, and the model of the bridge the

@@ -140,7 +140,8 @@ impl NativeBoard {
         }
     }
 
-    /// Asserts that the plant of the emulated board was bit-exactly the same in every update period.
+    /// Asserts that the plant of the emulated board was bit-exactly the same in every update
+    /// period.
     ///
     /// # Panics
     /// If it was not.

@@ -1,4 +1,5 @@
-//! Instants at which the run stops for the plant: ahead of the end of each slot of an update period.
+//! Instants at which the run stops for the plant: ahead of the end of each slot of an update
+//! period.
 
 use model_core::control::pwm_timer::CurrentInstant;
 use model_core::time::{PWM_PERIODS_PER_UPDATE, UPDATE_PERIOD_NS};

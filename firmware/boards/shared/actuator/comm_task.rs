@@ -76,8 +76,8 @@ impl CommTask {
         }
     }
 
-    /// A communication cycle, in the update period of this number. Returns whether there are frames to
-    /// transmit.
+    /// A communication cycle, in the update period of this number. Returns whether there are frames
+    /// to transmit.
     pub fn communicate(
         &mut self,
         period: u32,

@@ -308,8 +308,8 @@ macro_rules! actuator_program {
                 let mut mailboxes = cx.shared.mailboxes;
                 cx.shared.loop_memory.with(|task| {
                     let missed_periods = task.begin(control_period);
-                    let mut ended = (0..=u32::from(missed_periods)).map(|n| control_period.wrapping_sub(1 + n));
-                    let had_window = ended.any(has_window);
+                    let had_window = (1..=1 + u32::from(missed_periods))
+                        .any(|before| has_window(control_period.wrapping_sub(before)));
                     sampling.finish_sampling(bridge, missed_periods, had_window);
                     let samples = sampling.read();
                     mailboxes.lock(|mailboxes| task.step(&samples, mailboxes, bridge));

@@ -1,8 +1,8 @@
 //! TIM1 as the timer of the H-bridge: two complementary legs, PWM, dead time, break input, and the
 //! instants at which current and back-EMF are sampled.
 //!
-//! Its edges are the update events, in which preloaded values take effect: with a repetition counter
-//! above zero one in several PWM periods.
+//! Its edges are the update events, in which preloaded values take effect: with a repetition
+//! counter above zero one in several PWM periods.
 //!
 //! The outputs are off, with all four switches open, while `MOE` is clear (RM0090, table 95, with
 //! `OSSI` set: driven to their idle levels, which are low; RM0433, section 38.3.15, alike). `MOE`

@@ -19,9 +19,9 @@ const END: i32 = 1 << 21;
 pub(super) const BRIDGED: i32 = periods(16) as i32;
 
 /// Change of the rate from a scan to the next, mdeg/s: a motor of 130 % of the constant and 70 % of
-/// the resistance reverses with 8,000 deg/s^2, and a load of 0.8 N m on the motor's inertia adds 2,000
-/// deg/s^2. Behind a gap, in which the diodes have carried the winding's current until the scan, it
-/// may end shortly before the scan: legs that have not settled then differ by more.
+/// the resistance reverses with 8,000 deg/s^2, and a load of 0.8 N m on the motor's inertia adds
+/// 2,000 deg/s^2. Behind a gap, in which the diodes have carried the winding's current until the
+/// scan, it may end shortly before the scan: legs that have not settled then differ by more.
 const GREATEST_CHANGE: i32 = 40_000;
 
 /// Control periods of a gap that are counted: those between two scans, at most.

@@ -1,11 +1,11 @@
 //! Everything that the chip's pins see: motor, gear train, supply, encoder, analogue front ends.
 //!
-//! The plant advances slot by slot through each update period: to the instant at which the current is
-//! sampled, to the start of the coast window, to the instant at which the legs are sampled, to the
-//! next edge. Within a slot the winding's current is computed in closed form between the edges of
-//! the bridge, with the conduction of the diodes while all switches are open. Two callers that pass
-//! the same bridge states obtain the same words and codes bit for bit: the emulated board does, and
-//! so does a loop that runs the application natively.
+//! The plant advances slot by slot through each update period: to the instant at which the current
+//! is sampled, to the start of the coast window, to the instant at which the legs are sampled, to
+//! the next edge. Within a slot the winding's current is computed in closed form between the edges
+//! of the bridge, with the conduction of the diodes while all switches are open. Two callers that
+//! pass the same bridge states obtain the same words and codes bit for bit: the emulated board
+//! does, and so does a loop that runs the application natively.
 
 mod bridge;
 mod control_period;
