@@ -30,8 +30,12 @@ use model_core::{
 
 /// Steps of the table over the duty. At 1 kHz and 0.13 ms the second derivative of `x(sample)` by
 /// the duty is at most (T/2 tau)^2 = 15: straight lines over 1/32 are within 15/8/32^2 = 0.2 %.
-const STEPS: usize = if PWM_COUNTS % 32 == 0 { 32 } else { 28 };
-const _: () = assert!(PWM_COUNTS as usize % STEPS == 0);
+const STEPS: usize = if (PWM_COUNTS as usize).is_multiple_of(32) {
+    32
+} else {
+    28
+};
+const _: () = assert!((PWM_COUNTS as usize).is_multiple_of(STEPS));
 
 /// Counts of the compare value in a step.
 const STEP_COUNTS: u32 = PWM_COUNTS as u32 / STEPS as u32;

@@ -172,7 +172,7 @@ impl BridgeTimer {
             self.tim.ccr3().write(|w| w.ccr().set(BACK_EMF_COUNT));
             return Some(Instant::WindowStart);
         }
-        if self.skipped_matches < SKIPPED_MATCHES {
+        if SKIPPED_MATCHES != 0 && self.skipped_matches != SKIPPED_MATCHES {
             self.skipped_matches += 1;
             return None;
         }

@@ -19,7 +19,9 @@ pub const UPDATE_PERIOD_US: u32 = 1_000_000 / UPDATE_HZ;
 
 /// Whether the control period of this number has a coast window: the last one of every so many.
 pub const fn has_window(control_period: u32) -> bool {
-    control_period % CONTROL_PERIODS_PER_WINDOW == CONTROL_PERIODS_PER_WINDOW - 1
+    control_period
+        .wrapping_add(1)
+        .is_multiple_of(CONTROL_PERIODS_PER_WINDOW)
 }
 
 const _: () = {
