@@ -2,8 +2,8 @@
 //!
 //! | priority | task | event | does |
 //! |---|---|---|---|
-//! | 4 | `pwm_edge` | each update of the PWM | outputs; in the first update period it starts the encoder, in the last one it enables the sampling instants |
-//! | 4 | `sampling_instant` | instants in the last update period | starts the samples of current, back-EMF, supply and temperature; switches to coasting |
+//! | 4 | `pwm_edge` | each update of the PWM | outputs; starts the encoder and the samplings |
+//! | 4 | `sampling_instant` | instants in the last update period | samples; coasting |
 //! | 4 | `control_step` | encoder read, 38 us after the first edge | first copy of the control loop, whose outputs act at the next edge |
 //! | 4 | `comparison` | after the control step | second copy, comparison, telemetry |
 //! | 3 | `frame_received` | received frame | puts it into the queue of the communication |
