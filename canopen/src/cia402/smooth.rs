@@ -22,37 +22,44 @@ pub(super) struct SmoothProfile {
     /// Demands of the mean, and the position of the oldest.
     count: u8,
     oldest: u8,
+    /// Control periods in succession in which the profile was at its target, at most `count`: then
+    /// all demands of the mean are the same.
+    at_target: u8,
     /// The mean that was returned last.
     mean: Ramp,
 }
 
 impl SmoothProfile {
+    /// Of no motion.
+    const NONE: Self = Self {
+        profile: Ramp::at(0),
+        last: [Place(0); Parameters::MOST_SMOOTHING as usize],
+        sum: 0,
+        count: 0,
+        oldest: 0,
+        at_target: 0,
+        mean: Ramp::at(0),
+    };
+
     /// Continues a motion at its present velocity.
-    fn of(motion: Ramp, count: u8, period_us: u32) -> Self {
-        let count = count.clamp(1, Parameters::MOST_SMOOTHING);
+    fn restart(&mut self, motion: Ramp, count: u8, period_us: u32) {
         let step = motion.fine_step(period_us);
         // The mean lags behind the profile by half of its periods.
-        let ahead = step * i64::from(count - 1) / 2;
-        let mut last = [Place(0); Parameters::MOST_SMOOTHING as usize];
-        let newest = motion.fine_position() + ahead;
-        // A step in units of 2^-16: one division for all.
-        let (place, step) = (
-            i64::from(motion.at_fine(newest).position()),
-            divide(step << 16, UNIT as u32),
-        );
-        let mut sum = 0;
-        for (place_then, age) in last.iter_mut().zip((0..i64::from(count)).rev()) {
-            *place_then = Place((place - ((age * step) >> 16)) as i32);
-            sum += i64::from(place_then.0);
+        let newest = motion.fine_position() + step * i64::from(count - 1) / 2;
+        self.profile = motion.at_fine(newest);
+        // In units of 2^-16, with half a unit to round: one division for all.
+        let step = divide(step << 16, UNIT as u32);
+        let mut place = i64::from(self.profile.position()) << 16 | 1 << 15;
+        place -= step * i64::from(count - 1);
+        self.sum = 0;
+        for place_then in self.last.iter_mut().take(usize::from(count)) {
+            *place_then = Place((place >> 16) as i32);
+            self.sum += i64::from(place_then.0);
+            place += step;
         }
-        Self {
-            profile: motion.at_fine(newest),
-            last,
-            sum,
-            count,
-            oldest: 0,
-            mean: motion,
-        }
+        self.count = count;
+        self.oldest = 0;
+        self.at_target = if motion.is_stationary() { count - 1 } else { 0 };
     }
 
     /// Advances a motion one period toward a position, as [`Ramp::to_position`] does; returns
@@ -67,27 +74,32 @@ impl SmoothProfile {
         limits: &Limits,
         period_us: u32,
     ) -> bool {
+        let count = count.clamp(1, Parameters::MOST_SMOOTHING);
         // In place: a copy takes longer than the mean.
-        let next = match smooth {
-            Some(next) if next.mean == *motion && next.count == count => next,
-            _ => smooth.insert(Self::of(*motion, count, period_us)),
-        };
+        let next = smooth.get_or_insert(Self::NONE);
+        if next.mean != *motion || next.count != count {
+            next.restart(*motion, count, period_us);
+        }
         let is_reached = next.profile.to_position(target, limits, period_us);
+        next.at_target = if is_reached {
+            (next.at_target + 1).min(count)
+        } else {
+            0
+        };
         let place = next.profile.position();
         if let Some(oldest) = next.last.get_mut(usize::from(next.oldest)) {
             next.sum += i64::from(place) - i64::from(oldest.0);
             *oldest = Place(place);
         }
-        next.oldest = if next.oldest + 1 < next.count {
+        next.oldest = if next.oldest + 1 < count {
             next.oldest + 1
         } else {
             0
         };
         // Below 16 times 2^31 times 10^6.
-        let mean = divide(next.sum * UNIT, u32::from(next.count));
+        let mean = divide(next.sum * UNIT, u32::from(count));
         motion.follow(mean, period_us);
         next.mean = *motion;
-        let mut in_use = next.last.iter().take(usize::from(next.count));
-        is_reached && in_use.all(|it| *it == Place(place))
+        next.at_target == count
     }
 }
