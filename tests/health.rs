@@ -1,10 +1,12 @@
-//! The health of an actuator, objects 2052h and 2053h, over its node on the bus: a native board
+//! The health of an actuator, objects 2052h to 2054h, over its node on the bus: a native board
 //! with noise, friction and magnet of its seed moves to and fro.
 
 use canopen::{CanFrame, NodeId};
 use embedded_can::{Frame, Id, StandardId};
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
 use model_core::plant::board::BoardPlantOptions;
+use rand_pcg::Pcg32;
+use rand_pcg::rand_core::Rng;
 
 const FRICTION: (u16, u8) = (0x2052, 1);
 const LOAD: (u16, u8) = (0x2052, 2);
@@ -203,10 +205,71 @@ fn friction_that_grows_by_a_fifth_warns_and_the_same_friction_does_not() {
     }
 }
 
-/// Resistance of the supply, and its level.
-const SUPPLY: [(u16, u8); 2] = [(0x2052, 9), (0x2053, 7)];
-/// Play, and its level.
-const PLAY: [(u16, u8); 2] = [(0x2052, 10), (0x2053, 8)];
+/// Means and their standard errors.
+const WITH_ERRORS: [((u16, u8), (u16, u8)); 4] = [
+    (FRICTION, (0x2054, 1)),
+    (LOAD, (0x2054, 1)),
+    (CONSTANT, (0x2054, 2)),
+    (PLAY[0], (0x2054, 4)),
+];
+
+/// The means and their standard errors after forty motions, each against another load, even within
+/// this torque.
+fn in_gusts(seed: u64, most_nm: f64) -> [(f64, f64); 4] {
+    let mut options = BoardPlantOptions::realistic(3);
+    options.seed = seed;
+    options.drivetrain.gear_train.backlash_deg = 0.5;
+    let mut random = Pcg32::new(seed, 0);
+    let mut bench = Bench::new(&options);
+    bench.enable();
+    for motion in 0..40 {
+        let even = 2.0 * f64::from(random.next_u32()) / f64::from(u32::MAX) - 1.0;
+        bench.node.defects().torque_nm = most_nm * even;
+        bench.move_to(if motion % 2 == 0 { 50_000 } else { -50_000 }, 250);
+    }
+    let mut read = |object| f64::from(bench.read(object));
+    WITH_ERRORS.map(|(mean, error)| (read(mean), read(error)))
+}
+
+/// The standard errors of some of the means are the scatter of these in repeated drives.
+fn repeated(most_nm: f64, means: std::ops::Range<usize>) {
+    const DRIVES: usize = 20;
+    let drives: Vec<_> = (0..DRIVES as u64)
+        .map(|drive| in_gusts(drive, most_nm))
+        .collect();
+    for index in means {
+        let values = drives.iter().map(|drive| drive[index].0);
+        let mean = values.clone().sum::<f64>() / DRIVES as f64;
+        let squares = values.map(|value| (value - mean).powi(2));
+        let scatter = (squares.sum::<f64>() / (DRIVES - 1) as f64).sqrt();
+        let errors = drives.iter().map(|drive| drive[index].1);
+        let reported = errors.sum::<f64>() / DRIVES as f64;
+        println!("{index}: mean {mean:.1}, scatter {scatter:.2}, standard error {reported:.2}");
+        // The scatter of 20 drives is known to 16 %, 1/sqrt(2 19): 40 % are 2.5 of that. The error
+        // is up to 1.4 times too high, and 1 by rounding up.
+        let range = 0.6 * scatter..1.4 * 1.4 * scatter + 1.0;
+        assert!(
+            range.contains(&reported),
+            "{index}: {reported} of {scatter}"
+        );
+    }
+}
+
+#[test]
+fn the_standard_errors_of_friction_load_and_constant_are_the_scatter_of_repeated_drives() {
+    repeated(0.05, 0..3);
+}
+
+/// A load would press the gears to one side.
+#[test]
+fn the_standard_error_of_the_play_is_the_scatter_of_repeated_drives() {
+    repeated(0.0, 3..4);
+}
+
+/// Resistance of the supply, its level, its baseline and the change from that.
+const SUPPLY: [(u16, u8); 4] = [(0x2052, 9), (0x2053, 7), (0x2053, 9), (0x2054, 5)];
+/// Play, its level, its baseline and the change from that.
+const PLAY: [(u16, u8); 4] = [(0x2052, 10), (0x2053, 8), (0x2053, 10), (0x2054, 6)];
 
 #[test]
 fn play_is_found_within_a_count_of_the_encoder_and_warns() {
@@ -215,8 +278,9 @@ fn play_is_found_within_a_count_of_the_encoder_and_warns() {
             let mut options = BoardPlantOptions::realistic(seed);
             options.drivetrain.gear_train.backlash_deg = f64::from(play_mdeg) / 1e3;
             let mut bench = Bench::new(&options);
-            let [play, level] = PLAY;
+            let [play, level, baseline, change] = PLAY;
             bench.write(level, play_mdeg / 2, 2);
+            bench.write(baseline, 50, 2);
             bench.enable();
             bench.move_to_and_fro(3);
             assert_eq!(bench.read(play), 0, "not known yet");
@@ -227,6 +291,7 @@ fn play_is_found_within_a_count_of_the_encoder_and_warns() {
             let count_mdeg = 88;
             let off_mdeg = (found - play_mdeg).abs();
             assert!(off_mdeg < count_mdeg, "{found} of {play_mdeg} mdeg");
+            assert_eq!(bench.read(change), found - 50);
             assert_eq!(bench.emergencies, [(WARNING, 0xC5)]);
         }
     }
@@ -268,8 +333,10 @@ fn a_supply_with_bad_contacts_is_found_within_a_quarter_and_warns() {
             let mut options = BoardPlantOptions::realistic(seed);
             options.supply.source_resistance_ohm = f64::from(source_mohm) / 1e3;
             let mut bench = Bench::new(&options);
-            let [supply, level] = SUPPLY;
+            let [supply, level, baseline, change] = SUPPLY;
             bench.write(level, source_mohm / 2, 2);
+            assert_eq!(bench.read(change), 0, "no baseline");
+            bench.write(baseline, 2_000, 2);
             bench.enable();
             assert_eq!(bench.read(supply), 0, "not known yet");
             bench.move_to_and_fro(10);
@@ -279,6 +346,13 @@ fn a_supply_with_bad_contacts_is_found_within_a_quarter_and_warns() {
             // 0.1 ohm and 0.47 ms at 1 ohm: the sag lags behind the current of the sample.
             let range = source_mohm * 3 / 4..source_mohm * 21 / 20;
             assert!(range.contains(&found), "{found} of {source_mohm} mohm");
+            assert_eq!(bench.read(change), found - 2_000);
+            // One result has the scatter of the noise of the two means: below 5 % of it, and 2 mohm.
+            let error = bench.read((0x2054, 3));
+            assert!(
+                (1..found / 20 + 2).contains(&error),
+                "{error} of {found} mohm"
+            );
             assert_eq!(bench.emergencies, [(WARNING, 0xC4)]);
         }
     }

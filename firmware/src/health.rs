@@ -1,35 +1,23 @@
 //! The actuator's health: slow means of its measurements in motion, and their change from a
 //! baseline.
-//!
-//! While the shaft turns one way, rate, back-EMF and current have means of their own for that way.
-//! In the sum of both ways the offsets and a constant load cancel:
-//!
-//! ```text
-//! friction = (I+ + I-)/2     load = (I+ - I-)/2     constant = (E+ + E-)/(w+ + w-)
-//! ```
-//!
-//! with current and back-EMF in the direction of the motion. The current that accelerates the
-//! inertia cancels as well: a motion begins and ends at the least rate, so the mean of its
-//! acceleration is zero. Therefore the results are taken where a motion ends. The back-EMF shows
-//! where that is, by its mean over the control period whose current is taken. The filtered rate
-//! lags by `t`, so between the places where it is the least rate the shaft loses `2 a t` by an
-//! acceleration `a`: the friction of a motion of the time `T` would be too low by `J 2 a t/(k T)`.
-//!
-//! The current is a mean over a PWM period, which does not have the coast window: where that cuts
-//! a slow decay, the mean over the control period is greater by `(E/R) (window + L/R)/period`.
-//! Therefore a friction is comparable with that of the same motions only.
 
+mod motions;
 mod play;
+mod statistics;
 mod supply;
 
 use canopen::cia402::Mode;
 use model_core::{control::encoder_word::Magnet, time::CONTROL_RATE_HZ};
 
-use self::{play::Play, supply::Supply};
+pub use self::motions::Results;
+use self::{
+    motions::{LENGTH, Motions},
+    play::Play,
+    supply::Supply,
+};
 use crate::{
     application::{BoardState, Outputs},
     parameters::{HealthSettings, ModelSettings},
-    timing::{periods, thousandths},
 };
 
 /// Least rate of a motion, deg/s: two counts of the encoder in 4 ms.
@@ -45,12 +33,6 @@ fn least_mv(model: &ModelSettings) -> i32 {
     let v_s_rad = model.torque_constant_nm_a * model.gear_ratio;
     (v_s_rad * LEAST_DEG_S.to_radians() * 1e3) as i32
 }
-
-/// Control periods of a mean, 16 s of motion.
-const LENGTH: u16 = periods(16_384);
-
-/// Control periods in motion, each way, after which the means are reported: 4 s.
-const ENOUGH: u16 = periods(4_096);
 
 /// Fractional bits of a mean.
 const FRACTION: u32 = 13;
@@ -81,61 +63,21 @@ impl Mean {
     }
 }
 
-/// Means while the shaft turns one way, in that direction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Way {
-    /// Values, at most [`LENGTH`].
-    count: u16,
-    /// deg/s.
-    rate: Mean,
-    /// mV.
-    back_emf: Mean,
-    /// mA.
-    current: Mean,
-}
-
 /// The means, and their results at the end of the last motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Health {
-    positive: Way,
-    negative: Way,
+    motions: Motions,
     /// Control periods in which the actuator is enabled without a fault, at most [`LENGTH`].
     readings: u16,
     /// Share of them with a weak magnet, thousandths.
     weak: Mean,
-    is_moving: bool,
     /// Back-EMF of the control period before, mV.
     last_mv: i32,
-    results: Option<Results>,
     supply: Supply,
     play: Play,
     warnings: u8,
     /// The baseline of friction and constant with which the means have begun.
     baseline: (u16, u32),
-}
-
-/// The results of both ways.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Results {
-    /// Current against friction, 0.1 mA.
-    pub friction: i32,
-    /// Current against a load, in the positive direction, 0.1 mA.
-    pub load: i32,
-    /// Constant of the back-EMF, uV s/deg.
-    pub constant: i32,
-}
-
-impl Results {
-    fn of(positive: &Way, negative: &Way) -> Option<Self> {
-        let mv = i64::from(positive.back_emf.0) + i64::from(negative.back_emf.0);
-        let deg_s = i64::from(positive.rate.0) + i64::from(negative.rate.0);
-        let (ahead, back) = (positive.current.in_tenths(), negative.current.in_tenths());
-        Some(Self {
-            friction: (ahead + back) / 2,
-            load: (ahead - back) / 2,
-            constant: (mv * 1000).checked_div(deg_s)? as i32,
-        })
-    }
 }
 
 /// Bits of the warnings: the quantities that differ from their baseline by more than their level.
@@ -199,7 +141,7 @@ impl Health {
             Mode::ProfileTorque | Mode::CyclicTorque
         );
         if outputs.state != BoardState::Enabled || !t.present.is_empty() || is_torque {
-            self.is_moving = false;
+            self.motions.interrupt();
             self.play.interrupt();
             if outputs.state == BoardState::Disabled {
                 self.play.idle(t.back_emf_mv, least_mv(model) / REST_SHARE);
@@ -212,31 +154,17 @@ impl Health {
         let mean_mv = (t.back_emf_mv + core::mem::replace(&mut self.last_mv, t.back_emf_mv)) / 2;
         let least_mv = least_mv(model);
         self.play.observe(mean_mv, t.angle);
-        let is_moving = mean_mv.abs() > least_mv;
-        let was_moving = core::mem::replace(&mut self.is_moving, is_moving);
-        if self.is_moving {
-            let (way, sign) = if mean_mv > 0 {
-                (&mut self.positive, 1)
-            } else {
-                (&mut self.negative, -1)
-            };
-            way.count = way.count.saturating_add(1).min(LENGTH);
-            way.rate.take(sign * thousandths(t.rate) / 1000, way.count);
-            way.back_emf.take(sign * t.back_emf_mv, way.count);
-            way.current.take(sign * t.current_ma, way.count);
-        } else if was_moving && self.samples() >= ENOUGH {
-            self.results = Results::of(&self.positive, &self.negative);
-        }
+        self.motions.observe(t, mean_mv, least_mv);
     }
 
     /// Control periods of the means, of the way that has fewer.
     pub fn samples(&self) -> u16 {
-        self.positive.count.min(self.negative.count)
+        self.motions.samples()
     }
 
     /// The results; `None` before there are enough values.
     pub fn results(&self) -> Option<Results> {
-        self.results
+        self.motions.results()
     }
 
     /// Share of the control periods in which the magnet is weak, thousandths.
@@ -256,13 +184,31 @@ impl Health {
 
     /// Change of the friction from its baseline, thousandths; `None` without one.
     pub fn friction_change(&self, settings: &HealthSettings) -> Option<i32> {
-        change_permille(self.results?.friction, settings.friction.into())
+        change_permille(self.results()?.friction, settings.friction.into())
     }
 
     /// Change of the constant from its baseline, thousandths; `None` without one.
     pub fn constant_change(&self, settings: &HealthSettings) -> Option<i32> {
         // At most 10,000,000.
-        change_permille(self.results?.constant, settings.constant as i32)
+        change_permille(self.results()?.constant, settings.constant as i32)
+    }
+
+    /// Standard errors of friction and load, 0.1 mA, of the constant, uV s/deg, of the resistance of
+    /// the supply, mohm, and of the play, mdeg; `None` while they are not known.
+    pub fn standard_errors(&self) -> [Option<i32>; 4] {
+        let [friction, constant] = self.motions.standard_errors();
+        let (supply, play) = (self.supply.standard_error(), self.play.standard_error());
+        [friction, constant, supply, play]
+    }
+
+    /// Change of the resistance of the supply from its baseline, mohm; `None` without one.
+    pub fn supply_change(&self, settings: &HealthSettings) -> Option<i32> {
+        change(self.supply()?, settings.supply)
+    }
+
+    /// Change of the play from its baseline, mdeg; `None` without one.
+    pub fn play_change(&self, settings: &HealthSettings) -> Option<i32> {
+        change(self.play()?, settings.play)
     }
 
     /// The warnings, a bit each.
@@ -279,7 +225,7 @@ impl Health {
             (Warning::Constant, constant, settings.constant_level),
             (
                 Warning::Load,
-                self.results.map(|it| it.load),
+                self.results().map(|it| it.load),
                 settings.load_level,
             ),
             (Warning::Magnet, Some(self.weak()), settings.magnet_level),
@@ -301,6 +247,11 @@ impl Health {
         }
         warnings
     }
+}
+
+/// Change from a baseline; `None` without one.
+fn change(value: i32, baseline: u16) -> Option<i32> {
+    (baseline > 0).then(|| value - i32::from(baseline))
 }
 
 /// Change from a baseline, in thousandths of it; `None` without one.

@@ -1,5 +1,5 @@
 // The health of an actuator: slow means of what it measures in motion, against their baseline.
-import { h, put, say, badge, table, fixed, short } from './dom.js';
+import { h, put, say, badge, table, short } from './dom.js';
 import { state, chosen, read } from './state.js';
 import { saving } from './save.js';
 
@@ -7,18 +7,18 @@ import { saving } from './save.js';
 const POINTS = 1800;
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
-// The quantities: mean, baseline, change, level, bit of the warning, and what a unit that is shown
-// has of the object's.
+// The quantities: mean, its standard error, baseline, change, level, bit of the warning, and what a
+// unit that is shown has of the object's.
 const QUANTITIES = [
-  { id: 'friction', name: 'Friction', unit: 'mA', now: '2052:1', baseline: '2053:1', change: '2052:6', level: '2053:3', by: 10, bit: 0, needsMotion: true },
-  { id: 'load', name: 'Load', unit: 'mA', now: '2052:2', level: '2053:5', by: 10, levelBy: 10, levelUnit: 'mA', bit: 2, needsMotion: true },
-  { id: 'constant', name: 'Back-EMF constant', unit: 'mV s/deg', now: '2052:3', baseline: '2053:2', change: '2052:7', level: '2053:4', by: 1000, bit: 1, needsMotion: true },
+  { id: 'friction', name: 'Friction', unit: 'mA', now: '2052:1', error: '2054:1', baseline: '2053:1', change: '2052:6', level: '2053:3', by: 10, bit: 0, needsMotion: true },
+  { id: 'load', name: 'Load', unit: 'mA', now: '2052:2', error: '2054:1', level: '2053:5', by: 10, levelBy: 10, levelUnit: 'mA', bit: 2, needsMotion: true },
+  { id: 'constant', name: 'Back-EMF constant', unit: 'mV s/deg', now: '2052:3', error: '2054:2', baseline: '2053:2', change: '2052:7', level: '2053:4', by: 1000, bit: 1, needsMotion: true },
   { id: 'magnet', name: 'Weak magnet', unit: '%', now: '2052:5', level: '2053:6', by: 10, levelBy: 10, levelUnit: '%', bit: 3 },
-  { id: 'supply', name: 'Supply resistance', unit: 'mΩ', now: '2052:9', level: '2053:7', by: 1, levelBy: 1, levelUnit: 'mΩ', bit: 4, isZeroUnknown: true },
-  { id: 'play', name: 'Play', unit: 'deg', now: '2052:10', level: '2053:8', by: 1000, levelBy: 1000, levelUnit: 'deg', bit: 5, isZeroUnknown: true },
+  { id: 'supply', name: 'Supply resistance', unit: 'mΩ', now: '2052:9', error: '2054:3', baseline: '2053:9', change: '2054:5', changeBy: 1, changeUnit: 'mΩ', level: '2053:7', by: 1, levelBy: 1, levelUnit: 'mΩ', bit: 4, isZeroUnknown: true },
+  { id: 'play', name: 'Play', unit: 'deg', now: '2052:10', error: '2054:4', baseline: '2053:10', change: '2054:6', changeBy: 1000, changeUnit: 'deg', level: '2053:8', by: 1000, levelBy: 1000, levelUnit: 'deg', bit: 5, isZeroUnknown: true },
 ];
 const SAMPLES = '2052:4', WARNINGS = '2052:8', LEAST_SAMPLES = 1024;
-const OBJECTS = [...new Set(QUANTITIES.flatMap(({ now, baseline, change, level }) => [now, baseline, change, level].filter(Boolean))), SAMPLES, WARNINGS];
+const OBJECTS = [...new Set(QUANTITIES.flatMap(({ now, error, baseline, change, level }) => [now, error, baseline, change, level].filter(Boolean))), SAMPLES, WARNINGS];
 
 export const healthCard = () => {
   const number = () => h('td', { class: 'number' }, '–');
@@ -49,12 +49,13 @@ export const healthCard = () => {
   const present = values => {
     const samples = values[SAMPLES];
     rows.forEach((row, i) => {
-      const { cells, by, bit, levelBy = 10, levelUnit = '%' } = row;
+      const { cells, by, bit, changeBy = 10, changeUnit = '%', levelBy = 10, levelUnit = '%' } = row;
       const isKnown = row.needsMotion ? samples >= LEAST_SAMPLES : !row.isZeroUnknown || values[row.now] > 0, level = values[row.level];
       const now = isKnown ? values[row.now] / by : null, baseline = row.baseline ? values[row.baseline] : 0;
-      say(cells.now, now == null ? 'not known yet' : `${short(now)} ${row.unit}`);
+      const error = values[row.error] ? ` ± ${short(values[row.error] / by)}` : '';
+      say(cells.now, now == null ? 'not known yet' : `${short(now)}${error} ${row.unit}`);
       say(cells.baseline, baseline ? `${short(baseline / by)} ${row.unit}` : '–');
-      say(cells.change, baseline && isKnown ? `${fixed(values[row.change] / 10, 1)} %` : '–');
+      say(cells.change, baseline && isKnown ? `${short(values[row.change] / changeBy)} ${changeUnit}` : '–');
       say(cells.samples, row.needsMotion ? String(samples) : '–');
       say(cells.level, level ? `${short(level / levelBy)} ${levelUnit}` : 'off');
       const isActive = Boolean(values[WARNINGS] >> bit & 1), shown = `${isActive}${level}`;
@@ -71,7 +72,7 @@ export const healthCard = () => {
   };
   const columns = ['Quantity', ...['Baseline', 'Now', 'Change', 'Samples', 'Level'].map(name => ({ name, number: true })), 'Warning'];
   const element = h('section', { class: 'card', id: 'means' }, h('header', {}, h('h2', {}, 'Health')),
-    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 8 are among the parameters.'),
+    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s with their standard errors, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 8 are among the parameters.'),
     table(columns, h('tbody', {}, rows.map(({ name, cells, warning }) => h('tr', {}, h('td', {}, name), ...Object.values(cells), warning)))),
     plots, h('div', { class: 'row' }, saving(plots, 'health')));
   return {

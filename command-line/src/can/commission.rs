@@ -28,7 +28,7 @@ use host_sim::file;
 /// step in the closed loop verify, and the feed-forward 2013h, which moves verify; moves with all
 /// this give the baseline of the health. What is wrong or cannot be identified is refused with exit
 /// status 3, and nothing is written; otherwise 607Dh, 2011h:1, 2, 4, 5 and 6, 2014h, 60FBh:1,
-/// 60F9h:1 to 3, 2013h:1 and 2 and 2053h:1 and 2 are written, and all parameters are saved (1010h).
+/// 60F9h:1 to 3, 2013h:1 and 2 and 2053h:1, 2, 9 and 10 are written, and all parameters are saved (1010h).
 /// A value that a second measurement contradicts, a viscous friction that is not known from zero,
 /// and gains whose loop is not as predicted are reported and not written.
 #[derive(Debug, Args)]
@@ -208,14 +208,39 @@ fn write_baseline(text: &mut String, baseline: &Baseline) {
     let _ = match &baseline.without_baseline {
         Some(why) => writeln!(text, "baseline not written: {why}"),
         None => {
-            let constant_mv_s_deg = baseline.constant_v_s_deg * 1e3;
-            writeln!(
-                text,
-                "{:<28}{:.1}\n{:<28}{constant_mv_s_deg:.3}",
-                "baseline friction, mA", baseline.friction_ma, "baseline constant, mV s/deg"
-            )
+            let (friction, constant) = baseline.standard_errors;
+            let error = |error: Option<f64>, unit: f64| {
+                error.map_or_else(String::new, |error| format!(" +- {:.3}", error * unit))
+            };
+            let rows = [
+                (
+                    "baseline friction, mA",
+                    format!("{:.1}{}", baseline.friction_ma, error(friction, 1.0)),
+                ),
+                (
+                    "baseline constant, mV s/deg",
+                    format!(
+                        "{:.3}{}",
+                        baseline.constant_v_s_deg * 1e3,
+                        error(constant, 1e3)
+                    ),
+                ),
+                ("supply resistance, mohm", known(baseline.supply_mohm)),
+                ("play, mdeg", known(baseline.play_mdeg)),
+            ];
+            let mut rows = rows.iter();
+            rows.try_for_each(|(name, value)| writeln!(text, "{name:<28}{value}"))
         }
     };
+}
+
+/// A value that is 0 where the moves did not show it.
+fn known(value: i64) -> String {
+    if value == 0 {
+        "not known".to_owned()
+    } else {
+        value.to_string()
+    }
 }
 
 impl From<CommissionError> for Error {

@@ -170,6 +170,16 @@ impl Drive<'_> {
             ),
             Measured::HealthSupply => magnitude(self.health.supply()),
             Measured::HealthPlay => magnitude(self.health.play()),
+            Measured::HealthFrictionError => magnitude(self.health.standard_errors()[0]),
+            Measured::HealthConstantError => magnitude(self.health.standard_errors()[1]),
+            Measured::HealthSupplyError => magnitude(self.health.standard_errors()[2]),
+            Measured::HealthPlayError => magnitude(self.health.standard_errors()[3]),
+            Measured::HealthSupplyChange => {
+                short(self.health.supply_change(&self.values.health).unwrap_or(0))
+            }
+            Measured::HealthPlayChange => {
+                short(self.health.play_change(&self.values.health).unwrap_or(0))
+            }
             Measured::HealthWarnings => u64::from(self.health.warnings()),
             Measured::SerialNumber => u64::from(board.serial_number),
             Measured::ProgramIdentity => u64::from(self.program_identity()),

@@ -13,7 +13,7 @@
 //! the noise of the encoder turns the motor within the play. The mean back-EMF while the bridge is
 //! off is the offset, and is subtracted. A load that presses the gears to one side hides the play.
 
-use super::Mean;
+use super::{Mean, statistics::Statistics};
 use crate::timing::{periods, thousandths};
 use model_core::control::units::Angle;
 
@@ -77,6 +77,7 @@ pub(super) struct Play {
     offsets: u16,
     positive: Way,
     negative: Way,
+    statistics: Statistics,
 }
 
 impl Play {
@@ -168,15 +169,24 @@ impl Play {
         };
         way.count = way.count.saturating_add(1).min(LENGTH);
         way.mdeg.take(mdeg, way.count);
+        self.statistics.value(self.sign > 0, mdeg, 1);
+    }
+
+    /// Motions of the mean, of the way that has fewer.
+    fn motions(&self) -> u16 {
+        self.positive.count.min(self.negative.count)
     }
 
     /// The play, mdeg; `None` before there are enough motions.
     pub fn mdeg(&self) -> Option<i32> {
-        let Self {
-            positive, negative, ..
-        } = self;
-        let is_known = positive.count.min(negative.count) >= ENOUGH;
-        is_known.then(|| positive.mdeg.whole().midpoint(negative.mdeg.whole()))
+        let (ahead, back) = (self.positive.mdeg.whole(), self.negative.mdeg.whole());
+        (self.motions() >= ENOUGH).then_some(ahead.midpoint(back))
+    }
+
+    /// Its standard error, mdeg. Half the sum of both ways has half the variance of one.
+    pub fn standard_error(&self) -> Option<i32> {
+        let _ = self.mdeg()?;
+        self.statistics.standard_error(2 * self.motions())
     }
 }
 

@@ -7,7 +7,7 @@
 //! On times below a quarter do not count: the capacitor at the bridge (470 uF) then gives a part of
 //! the current. What it gives later makes the result up to a quarter too low.
 
-use super::Mean;
+use super::{Mean, statistics::Statistics};
 use crate::{interface::Telemetry, timing::periods};
 use model_core::control::units::Percent;
 
@@ -60,6 +60,7 @@ pub(super) struct Supply {
     is_due: bool,
     /// The last result, mohm.
     resistance: Option<i32>,
+    statistics: Statistics,
 }
 
 impl Supply {
@@ -84,6 +85,7 @@ impl Supply {
                 && let Some(mohm) = self.measured()
             {
                 (self.resistance, self.is_due) = (Some(mohm), false);
+                self.statistics.value(true, mohm, 1);
             }
         }
     }
@@ -91,6 +93,11 @@ impl Supply {
     /// The resistance, mohm; `None` before there are enough values.
     pub fn resistance(&self) -> Option<i32> {
         self.resistance
+    }
+
+    /// Its standard error, mohm: that of one result.
+    pub fn standard_error(&self) -> Option<i32> {
+        self.statistics.standard_error(1)
     }
 
     /// That of the means, behind a load.

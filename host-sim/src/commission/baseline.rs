@@ -30,6 +30,12 @@ pub struct Baseline {
     pub friction_ma: f64,
     /// Constant of the back-EMF, V s/deg.
     pub constant_v_s_deg: f64,
+    /// Standard errors of both, in their units; `None` after too few motions.
+    pub standard_errors: (Option<f64>, Option<f64>),
+    /// Resistance of the supply, mohm; 0 where the moves do not show it, as the play.
+    pub supply_mohm: i64,
+    /// Play between motor and shaft, mdeg.
+    pub play_mdeg: i64,
     /// Current against a load in the positive direction, mA; it has no baseline of its own.
     pub load_ma: f64,
     /// Control periods of the means.
@@ -44,16 +50,21 @@ impl Baseline {
         if self.without_baseline.is_some() {
             return Vec::new();
         }
-        let [friction, constant] = BASELINE;
-        vec![
-            (friction, (self.friction_ma * 1e1).round()),
-            (constant, (self.constant_v_s_deg * 1e6).round()),
-        ]
+        let values = [
+            (self.friction_ma * 1e1).round(),
+            (self.constant_v_s_deg * 1e6).round(),
+            self.supply_mohm as f64,
+            self.play_mdeg as f64,
+        ];
+        BASELINE.into_iter().zip(values).collect()
     }
 }
 
-/// The objects of the baseline.
-pub const BASELINE: [&str; 2] = ["2053:1", "2053:2"];
+/// The objects of the baseline: friction, constant, resistance of the supply and play.
+pub const BASELINE: [&str; 4] = ["2053:1", "2053:2", "2053:9", "2053:10"];
+
+/// The greatest resistance that 2053h:9 takes, mohm.
+const MOST_MOHM: i64 = 60_000;
 
 /// Moves to and fro with the parameters of before and what is to be stored, and reads the means.
 /// The drive is off afterwards, with these parameters.
@@ -74,7 +85,7 @@ pub fn baseline(
     let mut values = objects.iter();
     values.try_for_each(|(object, value)| client.write(object, &value.to_string()))?;
     // Without a baseline nothing warns, and a changed one begins the means anew.
-    let [friction, constant] = BASELINE;
+    let [friction, constant, ..] = BASELINE;
     client.write(constant, "0")?;
     client.write(friction, "1")?;
     client.pause(CHANGE)?;
@@ -115,9 +126,20 @@ fn read(client: &mut Client) -> Result<Baseline, ClientError> {
     } else {
         None
     };
+    let mut standard_error = |object: &str, unit: f64| {
+        let error = client.integer(object)?;
+        Ok::<_, ClientError>((error > 0).then_some(error as f64 * unit))
+    };
+    let standard_errors = (
+        standard_error("2054:1", 0.1)?,
+        standard_error("2054:2", 1e-6)?,
+    );
     Ok(Baseline {
         friction_ma: friction as f64 / 10.0,
         constant_v_s_deg: constant as f64 * 1e-6,
+        standard_errors,
+        supply_mohm: client.integer("2052:9")?.min(MOST_MOHM),
+        play_mdeg: client.integer("2052:10")?,
         load_ma: client.integer("2052:2")? as f64 / 10.0,
         samples,
         without_baseline,
