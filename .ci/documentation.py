@@ -2,8 +2,8 @@
 """Documents all packages, or those of the workspace of another manifest; fails on a warning, and on
 more than 38,000 words in docs/*.md.
 
-Examples too: only with them does cargo give the dependencies the features of the tests, with which
-clippy has checked them already. A program that is named as the library of its package has no
+With the features of clippy, and with the examples: only with them does cargo give the dependencies
+the features of the tests, with which clippy has checked them already. A program that is named as the library of its package has no
 documentation beside that of the library, as in a plain `cargo doc`.
 """
 import json
@@ -40,6 +40,8 @@ def main():
     command = ["cargo", "metadata", "--format-version", "1", "--locked", "--no-deps"] + MANIFEST
     packages = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)["packages"]
     command = ["cargo", "doc", "--workspace", "--no-deps", "--ignore-rust-version", "--locked", "--lib", "--examples"] + MANIFEST
+    if not MANIFEST:
+        command.append("--features=actuator/board,actuator/formats")
     command += [f"--bin={name}" for package in packages for name in programs(package)]
     return subprocess.run(command, env={**os.environ, "RUSTDOCFLAGS": "-D warnings"}).returncode
 
