@@ -36,25 +36,33 @@ fn moves(served: &Served) -> bool {
     (angle_deg(served) - before).abs() > 1.0
 }
 
+/// A signal ends the program that moves the actuator.
+fn interrupt(motion: &str, signal: &str) {
+    let served = Served::new(&[]);
+    let mut program = spawn(&served, motion);
+    thread::sleep(Duration::from_millis(1500));
+    assert!(moves(&served), "{motion}");
+    let pid = program.id().to_string();
+    let killed = Command::new("kill").args(["-s", signal, &pid]).status();
+    assert!(killed.expect("kill").success());
+    let status = program.wait().expect("it ends");
+    if signal != "KILL" {
+        assert_eq!(status.code(), Some(130), "{motion}, {signal}");
+    }
+    // 300 ms until the heartbeat is missed, and the stop.
+    thread::sleep(Duration::from_millis(500));
+    assert!(!moves(&served), "{motion}, {signal}");
+}
+
+/// At once for all signals, since each waits most of the time.
 #[test]
 fn the_actuator_stops_when_the_program_is_interrupted_or_killed() {
     for motion in MOTIONS {
-        for signal in ["INT", "TERM", "HUP", "KILL"] {
-            let served = Served::new(&[]);
-            let mut program = spawn(&served, motion);
-            thread::sleep(Duration::from_millis(1500));
-            assert!(moves(&served), "{motion}");
-            let pid = program.id().to_string();
-            let killed = Command::new("kill").args(["-s", signal, &pid]).status();
-            assert!(killed.expect("kill").success());
-            let status = program.wait().expect("it ends");
-            if signal != "KILL" {
-                assert_eq!(status.code(), Some(130), "{motion}, {signal}");
+        thread::scope(|scope| {
+            for signal in ["INT", "TERM", "HUP", "KILL"] {
+                scope.spawn(move || interrupt(motion, signal));
             }
-            // 300 ms until the heartbeat is missed, and the stop.
-            thread::sleep(Duration::from_millis(500));
-            assert!(!moves(&served), "{motion}, {signal}");
-        }
+        });
     }
 }
 
