@@ -1,11 +1,13 @@
 //! The control loop of the board in a closed loop with the plant, natively, in cyclic synchronous
 //! position mode.
 
-use firmware::application::{Outputs, Start};
+use firmware::application::{Bridge, Outputs, Start};
 use firmware::control_loop::{Commands, ExcitationRequest, Inputs, Loop, LoopParameters};
 use firmware::native;
 use firmware::timing::periods;
-use model_core::plant::board::{BoardPlant, BoardPlantOptions, Defects, SampledBoardPlant};
+use model_core::plant::board::{
+    self as plant, BoardPlant, BoardPlantOptions, Defects, SampledBoardPlant,
+};
 
 /// A drive that is enabled.
 pub struct Drive {
@@ -31,13 +33,13 @@ impl Drive {
             plant: SampledBoardPlant::new(plant, &mut |_, _| {}),
         };
         for _ in 0..periods(400) {
-            drive.control_period();
+            drive.control_period(0);
         }
         for control in [0x06, 0x07, 0x0f] {
             drive.command(control, 0.0);
-            drive.control_period();
+            drive.control_period(0);
         }
-        assert!(drive.control_period().state.is_driving(), "enabled");
+        assert!(drive.control_period(0).state.is_driving(), "enabled");
         drive
     }
 
@@ -49,7 +51,8 @@ impl Drive {
         assert!(self.commands.set(&command, true, taken));
     }
 
-    fn control_period(&mut self) -> Outputs {
+    /// A control period with so many counts added to the compare value.
+    fn control_period(&mut self, added: i32) -> Outputs {
         let samples = native::samples(&self.plant.sampled());
         let outputs = *self.control_loop.step(&Inputs {
             samples: &samples,
@@ -58,7 +61,11 @@ impl Drive {
             parameters: &self.parameters,
             excitation: &ExcitationRequest::NONE,
         });
-        (self.plant).tick(native::bridge(outputs.bridge), &mut |_, _| {});
+        let bridge = match outputs.bridge {
+            Bridge::Driven(compare) => plant::Bridge::driven(compare.get() + added),
+            other => native::bridge(other),
+        };
+        self.plant.tick(bridge, &mut |_, _| {});
         outputs
     }
 
@@ -69,7 +76,12 @@ impl Drive {
 
     /// One control period; returns the duty, %, and the angle of the shaft at its end, deg.
     pub fn step(&mut self) -> (f64, f64) {
-        let outputs = self.control_period();
+        self.step_with(0)
+    }
+
+    /// The same with so many counts added to the compare value of the bridge.
+    pub fn step_with(&mut self, added: i32) -> (f64, f64) {
+        let outputs = self.control_period(added);
         assert!(outputs.fault.is_none(), "{:?}", outputs.fault);
         let duty_pct = outputs.telemetry.duty.to_f64();
         (duty_pct, self.plant.plant.reading().output.angle_deg)

@@ -4,6 +4,7 @@
 
 mod command;
 mod drive;
+mod margin;
 mod page;
 
 use core::f64::consts::TAU;
@@ -404,6 +405,16 @@ fn rows() -> Vec<(String, [f64; 3])> {
             format!("bandwidth at -3 dB, {amplitude_deg} deg (Hz)"),
             Box::new(move |setup| bandwidth_hz(setup, amplitude_deg)),
         ));
+    }
+    type Part = fn(margin::Margins) -> f64;
+    let parts: [(&str, Part); 3] = [
+        ("phase margin (deg)", |it| it.phase_deg),
+        ("frequency of the phase margin (Hz)", |it| it.crossing_hz),
+        ("gain margin (dB)", |it| it.gain_db),
+    ];
+    for (name, part) in parts {
+        let measure = move |setup: &Setup| part(margin::margins(|seed| setup.drive(seed, 4)));
+        measures.push((name.to_owned(), Box::new(measure)));
     }
     for (load, torque_nm) in [("", 0.0), (" under 0.3 N m", -0.3)] {
         measures.push((

@@ -11,7 +11,7 @@ use model_core::control::cascade::Coefficients;
 use model_core::control::parameters::ControlParameters;
 use model_core::control::pwm_timer::PWM_COUNTS;
 use model_core::parameter::ParameterError;
-use model_core::plant::board::{BoardPlant, BoardPlantOptions, SampledBoardPlant};
+use model_core::plant::board::{BoardPlant, BoardPlantOptions, ENCODER_DELAY_S, SampledBoardPlant};
 use model_core::time::UPDATE_RATE_HZ;
 
 /// The signals of a recording, in the order of [`Record::of`].
@@ -52,7 +52,7 @@ impl Record {
 const START: usize = 100;
 
 /// Time from the angle to the duty, s: to the next edge of the PWM, and that of the encoder's word.
-pub const DELAY_S: f64 = 1.0 / UPDATE_RATE_HZ as f64 + 384e-6;
+pub const DELAY_S: f64 = 1.0 / UPDATE_RATE_HZ as f64 + ENCODER_DELAY_S;
 
 /// Controlwords that enable the drive.
 const ENABLE: [u16; 3] = [0x06, 0x07, 0x0F];

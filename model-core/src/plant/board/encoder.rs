@@ -57,7 +57,7 @@ impl SsiWord {
 }
 
 /// Age of the angle that a word has, s: AS5045 data sheet, propagation delay in slow mode.
-pub(super) const ENCODER_DELAY_S: f64 = 384e-6;
+pub const ENCODER_DELAY_S: f64 = 384e-6;
 
 #[derive(Debug, Clone)]
 pub(super) struct EncoderOutput {

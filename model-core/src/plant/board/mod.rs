@@ -29,7 +29,7 @@ use crate::sensors::noise::Noise;
 pub use bridge::{Bridge, PERIOD_CYCLES};
 pub use control_period::{Edge, Sampled, SampledBoardPlant};
 pub use defects::Defects;
-pub use encoder::{EncoderWire, SsiWord, Stuck};
+pub use encoder::{ENCODER_DELAY_S, EncoderWire, SsiWord, Stuck};
 pub use heat::HeatParameters;
 pub use options::BoardPlantOptions;
 pub use sensed::{Legs, Sensed};
@@ -37,7 +37,7 @@ pub use slot::Slot;
 pub use supply::SupplyParameters;
 
 use self::bridge::{Connection, Switched};
-use self::encoder::{ENCODER_DELAY_S, EncoderOutput};
+use self::encoder::EncoderOutput;
 use self::heat::Heat;
 use self::legs::LegVoltages;
 use self::sensed::FrontEnds;
