@@ -3,8 +3,9 @@
 more than 38,000 words in docs/*.md.
 
 With the features of clippy, and with the examples: only with them does cargo give the dependencies
-the features of the tests, with which clippy has checked them already. A program that is named as the library of its package has no
-documentation beside that of the library, as in a plain `cargo doc`.
+the features of the tests, with which clippy has checked them already. A program that is named as
+the library of its package has no documentation beside that of the library, as in a plain
+`cargo doc`.
 """
 import json
 import os

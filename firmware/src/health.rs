@@ -193,12 +193,24 @@ impl Health {
         change_permille(self.results()?.constant, settings.constant as i32)
     }
 
-    /// Standard errors of friction and load, 0.1 mA, of the constant, uV s/deg, of the resistance of
-    /// the supply, mohm, and of the play, mdeg; `None` while they are not known.
-    pub fn standard_errors(&self) -> [Option<i32>; 4] {
-        let [friction, constant] = self.motions.standard_errors();
-        let (supply, play) = (self.supply.standard_error(), self.play.standard_error());
-        [friction, constant, supply, play]
+    /// Standard error of friction and load, 0.1 mA; `None` while it is not known.
+    pub fn friction_error(&self) -> Option<i32> {
+        self.motions.friction_error()
+    }
+
+    /// That of the constant, uV s/deg.
+    pub fn constant_error(&self) -> Option<i32> {
+        self.motions.constant_error()
+    }
+
+    /// That of the resistance of the supply, mohm.
+    pub fn supply_error(&self) -> Option<i32> {
+        self.supply.standard_error()
+    }
+
+    /// That of the play, mdeg.
+    pub fn play_error(&self) -> Option<i32> {
+        self.play.standard_error()
     }
 
     /// Change of the resistance of the supply from its baseline, mohm; `None` without one.

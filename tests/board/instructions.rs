@@ -243,9 +243,9 @@ fn with_any_excitation_of_the_board_the_loop_stays_within_its_limit() {
 /// Modes of operation.
 const MODES: [u8; 7] = [1, 3, 4, 7, 8, 9, 10];
 
-/// Instructions of control step and comparison in a control period in which a mode decelerates: the
-/// velocity from which the axis still stops at a target or before a limit takes a root and divisions
-/// of 64 bits.
+/// Instructions of control step and comparison in a control period in which a mode decelerates:
+/// the velocity from which the axis still stops at a target or before a limit takes a root and
+/// divisions of 64 bits.
 const WITH_A_STOP: u64 = 8_500;
 
 /// The same with everything on.
@@ -254,8 +254,8 @@ const WITH_EVERYTHING: u64 = 9_000;
 /// The same in profile position mode: a jerk-limited profile is the mean of a fast one.
 const WITH_A_JERK_LIMIT: u64 = 9_550;
 
-/// Objects that are 0 by default: feed-forward of velocity and model, the dead band, the observer of
-/// the rate, offsets of velocity and torque, polarity, jerk-limited profiles.
+/// Objects that are 0 by default: feed-forward of velocity and model, the dead band, the observer
+/// of the rate, offsets of velocity and torque, polarity, jerk-limited profiles.
 const EVERYTHING: [(u16, u8, u32, u8); 8] = [
     (0x2013, 1, 1_000, 2),
     (0x2013, 2, 1_000, 2),
@@ -331,6 +331,7 @@ fn no_mode_of_operation_takes_the_loop_beyond_its_limit() {
                 (true, _) => WITH_EVERYTHING,
             };
             wrong |= !(2_000..limit).contains(&both);
+            wrong |= tick - both > MOST_INSTRUCTIONS - MOST_IN_BOTH_COPIES;
         }
     }
     assert!(!wrong);

@@ -170,10 +170,10 @@ impl Drive<'_> {
             ),
             Measured::HealthSupply => magnitude(self.health.supply()),
             Measured::HealthPlay => magnitude(self.health.play()),
-            Measured::HealthFrictionError => magnitude(self.health.standard_errors()[0]),
-            Measured::HealthConstantError => magnitude(self.health.standard_errors()[1]),
-            Measured::HealthSupplyError => magnitude(self.health.standard_errors()[2]),
-            Measured::HealthPlayError => magnitude(self.health.standard_errors()[3]),
+            Measured::HealthFrictionError => magnitude(self.health.friction_error()),
+            Measured::HealthConstantError => magnitude(self.health.constant_error()),
+            Measured::HealthSupplyError => magnitude(self.health.supply_error()),
+            Measured::HealthPlayError => magnitude(self.health.play_error()),
             Measured::HealthSupplyChange => {
                 short(self.health.supply_change(&self.values.health).unwrap_or(0))
             }

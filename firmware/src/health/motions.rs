@@ -18,7 +18,8 @@
 //! a slow decay, the mean over the control period is greater by `(E/R) (window + L/R)/period`.
 //! Therefore a friction is comparable with that of the same motions only.
 
-use super::{GREATEST, Mean, statistics::Statistics};
+use super::Mean;
+use super::statistics::{SHORTEST, Statistics};
 use crate::{
     interface::Telemetry,
     timing::{periods, thousandths},
@@ -29,10 +30,6 @@ pub(super) const LENGTH: u16 = periods(16_384);
 
 /// Control periods in motion, each way, after which the means are reported: 4 s.
 const ENOUGH: u16 = periods(4_096);
-
-/// Control periods of a motion whose values count for the standard errors, 0.1 s: a shorter one has
-/// no constant, and hardly a weight in the means.
-const SHORTEST: u16 = periods(100);
 
 /// Means while the shaft turns one way, in that direction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -60,7 +57,7 @@ impl Way {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Motion {
     is_positive: bool,
-    /// Control periods, at most [`LENGTH`], with a value each: then they end.
+    /// Control periods, at most [`LENGTH`]; the values of later ones are not in the sums.
     periods: u16,
     deg_s: i32,
     mv: i32,
@@ -132,10 +129,10 @@ impl Motions {
         motion.is_positive = sign > 0;
         if motion.periods < LENGTH {
             motion.periods += 1;
-            let limited = |value: i32| value.clamp(-GREATEST, GREATEST);
-            motion.deg_s += limited(values.0);
-            motion.mv += limited(values.1);
-            motion.ma += limited(values.2);
+            // Measurements are below 2^16, and the sums below 2^30.
+            motion.deg_s += values.0;
+            motion.mv += values.1;
+            motion.ma += values.2;
         }
     }
 
@@ -165,11 +162,15 @@ impl Motions {
         self.results
     }
 
-    /// Standard errors: of friction and load, 0.1 mA, and of the constant, uV s/deg. Half the sum of
-    /// both ways has half the variance of one.
-    pub fn standard_errors(&self) -> [Option<i32>; 2] {
-        let both = 2 * self.samples();
-        [&self.friction, &self.constant]
-            .map(|it| self.results.and_then(|_| it.standard_error(both)))
+    /// Standard error of friction and load, 0.1 mA; `None` while it is not known.
+    pub fn friction_error(&self) -> Option<i32> {
+        self.results?;
+        self.friction.standard_error(2 * self.samples())
+    }
+
+    /// That of the constant, uV s/deg.
+    pub fn constant_error(&self) -> Option<i32> {
+        self.results?;
+        self.constant.standard_error(2 * self.samples())
     }
 }

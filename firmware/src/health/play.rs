@@ -21,7 +21,7 @@ use model_core::control::units::Angle;
 const FIRST_MDEG: i32 = 8_000;
 const SECOND_MDEG: i32 = 24_000;
 
-/// The greatest play, that of object 2053h:8, mdeg.
+/// The greatest play, that of objects 2053h:8 and 10, mdeg.
 const MOST_MDEG: i32 = 20_000;
 
 /// The shaft is at rest while it stays within this angle, mdeg: two counts of the encoder, and half
@@ -183,7 +183,7 @@ impl Play {
         (self.motions() >= ENOUGH).then_some(ahead.midpoint(back))
     }
 
-    /// Its standard error, mdeg. Half the sum of both ways has half the variance of one.
+    /// Its standard error, mdeg.
     pub fn standard_error(&self) -> Option<i32> {
         let _ = self.mdeg()?;
         self.statistics.standard_error(2 * self.motions())

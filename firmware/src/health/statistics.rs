@@ -1,14 +1,22 @@
 //! Standard error of a mean to which each motion gives a value.
 //!
-//! The difference of two values in succession, of the same way, has twice the variance `s^2` of one,
-//! and no slow change is in it. A mean over `n` control periods in motions of `T` each has
+//! The difference of two values in succession, of the same way, has twice the variance `s^2` of
+//! one, and no slow change is in it. A mean over `n` control periods in motions of about the same
+//! length `T` has
 //!
 //! ```text
 //! variance = s^2 T/n = mean(difference^2 T)/(2 n)
 //! ```
 //!
-//! and half of it where it forgets the first motions: the standard error is then up to 1.4 times too
-//! high. What is wrong in all motions alike is not in it.
+//! and half of it where it forgets the first motions: the standard error is then up to 1.4 times
+//! too high. Half the sum of both ways has half the variance of one: that of twice the control
+//! periods. What is wrong in all motions alike is not in it.
+
+use crate::timing::periods;
+
+/// Control periods of a motion, or of a load, whose value counts, 0.1 s: a shorter one has hardly a
+/// weight in the mean.
+pub(super) const SHORTEST: u16 = periods(100);
 
 /// Differences of a mean.
 const LENGTH: u16 = 32;
@@ -59,7 +67,8 @@ impl Statistics {
     }
 }
 
-/// The least integer whose square is above a value. The one of the library has a table of 512 bytes.
+/// The least integer, at most 2^16, whose square is above a value. The one of the library has a
+/// table of 512 bytes.
 fn root_above(value: i64) -> i32 {
     let mut root = 0;
     for bit in (0..16).rev() {
@@ -75,8 +84,8 @@ fn root_above(value: i64) -> i32 {
 mod tests {
     use super::*;
 
-    /// Of both ways with their own level, in motions of 100 control periods, which scatter evenly by
-    /// `scatter` around a value that changes by `change` a motion.
+    /// Of both ways with their own level, in motions of 100 control periods, whose values are
+    /// uniform within `scatter` of the level, which changes by `change` a motion.
     fn of(motions: u16, scatter: i32, change: i32) -> Statistics {
         let mut statistics = Statistics::default();
         let mut random = 7_u32;
@@ -100,7 +109,8 @@ mod tests {
 
     #[test]
     fn the_standard_error_is_that_of_independent_values() {
-        // Even within +-60: sigma is 60/sqrt(3), of the mean of 16 values a quarter of that, 8.7.
+        // Uniform within +-60: sigma is 60/sqrt(3), and that of the mean of 16 values a quarter of
+        // it, 8.7.
         let found = of(200, 60, 0).standard_error(1_600).unwrap();
         // The scatter of 32 squares, about 1/sqrt(32) of the standard error, and 1 of rounding up.
         assert!((7..=11).contains(&found), "{found}");

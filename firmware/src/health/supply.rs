@@ -7,7 +7,8 @@
 //! On times below a quarter do not count: the capacitor at the bridge (470 uF) then gives a part of
 //! the current. What it gives later makes the result up to a quarter too low.
 
-use super::{Mean, statistics::Statistics};
+use super::statistics::{SHORTEST, Statistics};
+use super::{FRACTION, Mean};
 use crate::{interface::Telemetry, timing::periods};
 use model_core::control::units::Percent;
 
@@ -49,6 +50,35 @@ impl Means {
     }
 }
 
+/// Sums of one load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Load {
+    is_positive: bool,
+    /// Control periods, at most [`LENGTH`]; later ones are not in the sums.
+    periods: u16,
+    mv: i32,
+    ma: i32,
+}
+
+impl Load {
+    fn take(&mut self, supply_mv: i32, current_ma: i32) {
+        if self.periods < LENGTH {
+            self.periods += 1;
+            // Measurements are below 2^16, and the sums below 2^27.
+            self.mv += supply_mv;
+            self.ma += current_ma;
+        }
+    }
+
+    /// The resistance by this load, mohm, against the supply of an idle bridge.
+    fn mohm(&self, idle: Mean) -> Option<i32> {
+        let open = i64::from(idle.0) * i64::from(self.periods);
+        let sag = open - (i64::from(self.mv) << FRACTION);
+        // At least 100 mA in each control period: below 2^20.
+        Some((sag * 1000).checked_div(i64::from(self.ma) << FRACTION)? as i32)
+    }
+}
+
 /// The supply with and without a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Supply {
@@ -56,8 +86,8 @@ pub(super) struct Supply {
     duty: Percent,
     idle: Means,
     loaded: Means,
-    /// There was a load since the last result.
-    is_due: bool,
+    /// The load since the last result.
+    load: Load,
     /// The last result, mohm.
     resistance: Option<i32>,
     statistics: Statistics,
@@ -67,6 +97,7 @@ impl Supply {
     /// Takes the measurements of a control period.
     pub fn observe(&mut self, t: &Telemetry) {
         let duty = core::mem::replace(&mut self.duty, t.duty);
+        let is_positive = duty > Percent::ZERO;
         let (duty, drawn_ma) = if duty < Percent::ZERO {
             (-duty, -t.sampled_ma)
         } else {
@@ -77,15 +108,21 @@ impl Supply {
         }
         if duty >= LOADED_DUTY && drawn_ma >= LEAST_MA {
             self.loaded.take(t.supply_mv, drawn_ma);
-            self.is_due = true;
+            self.load.is_positive = is_positive;
+            self.load.take(t.supply_mv, drawn_ma);
         } else if duty <= IDLE_DUTY {
             // What the winding still carries circulates in the bridge.
             self.idle.take(t.supply_mv, 0);
-            if self.is_due
+            if self.load.periods > 0
                 && let Some(mohm) = self.measured()
             {
-                (self.resistance, self.is_due) = (Some(mohm), false);
-                self.statistics.value(true, mohm, 1);
+                self.resistance = Some(mohm);
+                let load = core::mem::take(&mut self.load);
+                if load.periods >= SHORTEST
+                    && let Some(of_load) = load.mohm(self.idle.supply)
+                {
+                    (self.statistics).value(load.is_positive, of_load, load.periods);
+                }
             }
         }
     }
@@ -95,9 +132,10 @@ impl Supply {
         self.resistance
     }
 
-    /// Its standard error, mohm: that of one result.
+    /// Its standard error, mohm, without that of the supply of an idle bridge, which has more
+    /// values.
     pub fn standard_error(&self) -> Option<i32> {
-        self.statistics.standard_error(1)
+        self.statistics.standard_error(self.loaded.count)
     }
 
     /// That of the means, behind a load.

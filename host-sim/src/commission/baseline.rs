@@ -56,7 +56,9 @@ impl Baseline {
             self.supply_mohm as f64,
             self.play_mdeg as f64,
         ];
-        BASELINE.into_iter().zip(values).collect()
+        let values = BASELINE.into_iter().zip(values);
+        // What the moves do not show keeps its baseline.
+        values.filter(|(_, value)| *value > 0.0).collect()
     }
 }
 

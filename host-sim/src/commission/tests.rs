@@ -231,6 +231,7 @@ fn only_the_write_changes_what_the_actuator_keeps() {
 
 #[test]
 fn the_baseline_is_that_of_later_moves() {
+    let mut with_supply = 0;
     for seed in 0..5 {
         let mut client = client(&secret(seed), Defects::default());
         client.write("6081", "120000").expect("in range");
@@ -253,7 +254,13 @@ fn the_baseline_is_that_of_later_moves() {
         let baseline = found.baseline.expect("it is taken");
         assert_eq!(baseline.without_baseline, None, "bench {seed}");
         let objects = baseline.objects();
-        assert_eq!(objects.len(), 4);
+        assert!(baseline.standard_errors.0.is_some(), "bench {seed}");
+        if baseline.supply_mohm > 0 {
+            let later = client.integer("2052:9").expect("a mean");
+            let permille = (later - baseline.supply_mohm) * 1000 / baseline.supply_mohm;
+            assert!(permille.abs() < 200, "bench {seed}: {permille}");
+            with_supply += 1;
+        }
         for (object, value) in objects {
             assert_eq!(client.integer(object).ok(), Some(value as i64), "{object}");
         }
@@ -267,6 +274,7 @@ fn the_baseline_is_that_of_later_moves() {
         let permille = client.integer("2052:7").expect("a change");
         assert!(permille.abs() < 10, "bench {seed}: {permille}");
     }
+    assert_ne!(with_supply, 0, "a bench whose moves show the supply");
 }
 
 #[test]

@@ -25,6 +25,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use command::{sine, standard};
 use drive::Drive;
+use margin::Margins;
 
 /// Measures how well the shaft follows commands, with and without feed-forward
 #[derive(Debug, Parser)]
@@ -406,16 +407,6 @@ fn rows() -> Vec<(String, [f64; 3])> {
             Box::new(move |setup| bandwidth_hz(setup, amplitude_deg)),
         ));
     }
-    type Part = fn(margin::Margins) -> f64;
-    let parts: [(&str, Part); 3] = [
-        ("phase margin (deg)", |it| it.phase_deg),
-        ("frequency of the phase margin (Hz)", |it| it.crossing_hz),
-        ("gain margin (dB)", |it| it.gain_db),
-    ];
-    for (name, part) in parts {
-        let measure = move |setup: &Setup| part(margin::margins(|seed| setup.drive(seed, 4)));
-        measures.push((name.to_owned(), Box::new(measure)));
-    }
     for (load, torque_nm) in [("", 0.0), (" under 0.3 N m", -0.3)] {
         measures.push((
             format!("at rest{load}: changes of the duty's sign (1/s)"),
@@ -442,10 +433,19 @@ fn rows() -> Vec<(String, [f64; 3])> {
         "copper loss, 0.3 N m held (W)".to_owned(),
         Box::new(|setup| holding_loss_w(setup, -0.3)),
     ));
-    measures
+    let measured = measures
         .into_iter()
-        .map(|(name, measure)| (name, SETUPS.each_ref().map(measure)))
-        .collect()
+        .map(|(name, measure)| (name, SETUPS.each_ref().map(measure)));
+    let mut rows: Vec<_> = measured.collect();
+    let margins = SETUPS.each_ref().map(margin::margins);
+    type Part = fn(Margins) -> f64;
+    let parts: [(&str, Part); 3] = [
+        ("phase margin (deg)", |it| it.phase_deg),
+        ("frequency of the phase margin (Hz)", |it| it.crossing_hz),
+        ("gain margin (dB)", |it| it.gain_db),
+    ];
+    rows.extend(parts.map(|(name, part)| (name.to_owned(), margins.map(part))));
+    rows
 }
 
 fn main() -> std::io::Result<()> {

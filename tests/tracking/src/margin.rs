@@ -6,23 +6,27 @@
 
 use core::f64::consts::{LN_10, TAU};
 
+use firmware::timing::CONTROL_PERIOD_MS;
+use host_sim::analysis::linear_models::{Loop, Motor, Timing};
+use host_sim::analysis::loop_gain;
+use model_core::control::parameters::ControlParameters;
 use model_core::control::pwm_timer::PWM_COUNTS;
+use model_core::plant::board::ENCODER_DELAY_S;
 use model_core::time::{CONTROL_PERIOD_S, CONTROL_RATE_HZ};
 use num_complex::Complex64;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use super::SEEDS;
-use super::drive::Drive;
+use super::{SEEDS, Setup};
 
-/// Amplitude of the sine, %, at this frequency, Hz: its rate stays below that of the shaft, what comes
-/// back is above the noise of the duty, and the current beside that of the commanded duty, while it
-/// lasts, is not implausible.
+/// Amplitude of the sine, %, at this frequency, Hz: its rate stays below that of the shaft, the
+/// response is above the noise of the duty, and the current that it adds to that of the commanded
+/// duty is not reported as implausible.
 fn amplitude_pct(frequency_hz: f64) -> f64 {
     (frequency_hz / 2.0).clamp(4.0, 7.0)
 }
 
-/// Rate of the shaft, deg/s, of a seed, so that the counts of the encoder, 170 a second, beat with the
-/// control periods at another frequency in each.
+/// Rate of the shaft, deg/s, another one for each seed: the counts of the encoder, 137 to 174 a
+/// second, alias with the control periods to another frequency in each.
 fn rate_deg_s(seed: u64) -> f64 {
     12.0 + 0.37 * seed as f64
 }
@@ -57,9 +61,9 @@ pub struct Margins {
 
 /// The least margins of a loop with the drives of the seeds; NaN where it has none up to 93 Hz.
 /// Between two lines gain, phase and frequency are linear in their logarithms.
-pub fn margins(drive: impl Fn(u64) -> Drive + Sync) -> Margins {
+pub fn margins(setup: &Setup) -> Margins {
     let lines = lines().into_iter();
-    let gains: Vec<_> = lines.map(|turns| gain(&drive, turns)).collect();
+    let gains: Vec<_> = lines.map(|turns| gain(setup, turns)).collect();
     let mut least = Margins {
         phase_deg: f64::NAN,
         crossing_hz: f64::NAN,
@@ -88,21 +92,42 @@ pub fn margins(drive: impl Fn(u64) -> Drive + Sync) -> Margins {
     least
 }
 
-/// Frequency, Hz, of a sine of so many turns, and the gain around the loop, the mean over the seeds.
-fn gain(drive: &(impl Fn(u64) -> Drive + Sync), turns: u32) -> (f64, Complex64) {
+/// Those of the linear model of the paper's loop, with the delay of the encoder.
+///
+/// # Panics
+/// If the model is not valid.
+pub fn expected() -> Margins {
+    let timing = Timing {
+        duty_delay_s: Timing::default().duty_delay_s + ENCODER_DELAY_S,
+        ..Timing::default()
+    };
+    let papers = Loop::sampled(&Motor::default(), &ControlParameters::DEFAULT, &timing);
+    let margins = loop_gain::Margins::of(&papers.expect("in range"));
+    let (phase, gain) = (margins.phase_deg, margins.gain_db);
+    let (phase, gain) = (phase.expect("a crossing"), gain.expect("a crossing"));
+    Margins {
+        phase_deg: phase.value,
+        crossing_hz: phase.frequency_hz,
+        gain_db: gain.value,
+    }
+}
+
+/// Frequency, Hz, of a sine of so many turns, and the gain around the loop, the mean over the
+/// seeds.
+fn gain(setup: &Setup, turns: u32) -> (f64, Complex64) {
     let frequency_hz = f64::from(turns) / (f64::from(MEASURED) * CONTROL_PERIOD_S);
     let seeds = (0..SEEDS).into_par_iter();
-    let sum: Complex64 = seeds
-        .map(|seed| once(drive(seed), rate_deg_s(seed), frequency_hz))
-        .sum();
+    let sum: Complex64 = seeds.map(|seed| once(setup, seed, frequency_hz)).sum();
     (frequency_hz, sum / SEEDS as f64)
 }
 
-fn once(mut drive: Drive, rate_deg_s: f64, frequency_hz: f64) -> Complex64 {
+fn once(setup: &Setup, seed: u64, frequency_hz: f64) -> Complex64 {
+    // A target in each control period.
+    let mut drive = setup.drive(seed, CONTROL_PERIOD_MS);
     let (mut commanded, mut bridge) = (Complex64::ZERO, Complex64::ZERO);
     for period in 0..SETTLING + TRANSIENT + MEASURED {
         let since = period.saturating_sub(SETTLING);
-        let moved_deg = rate_deg_s * f64::from(since) * CONTROL_PERIOD_S;
+        let moved_deg = rate_deg_s(seed) * f64::from(since) * CONTROL_PERIOD_S;
         drive.target(START_DEG + moved_deg);
         let phase = TAU * frequency_hz * f64::from(since) * CONTROL_PERIOD_S;
         let added_pct = amplitude_pct(frequency_hz) * phase.sin();
@@ -121,25 +146,13 @@ fn once(mut drive: Drive, rate_deg_s: f64, frequency_hz: f64) -> Complex64 {
 mod tests {
     use super::*;
     use crate::SETUPS;
-    use host_sim::analysis::linear_models::{Loop, Motor, Timing};
-    use host_sim::analysis::loop_gain;
-    use model_core::control::parameters::ControlParameters;
-    use model_core::plant::board::ENCODER_DELAY_S;
 
     #[test]
     fn the_measured_margins_of_the_papers_loop_are_those_of_its_linear_model() {
-        // The word of the encoder is older than the control step.
-        let timing = Timing {
-            duty_delay_s: Timing::default().duty_delay_s + ENCODER_DELAY_S,
-            ..Timing::default()
-        };
-        let open = Loop::sampled(&Motor::default(), &ControlParameters::DEFAULT, &timing).unwrap();
-        let expected = loop_gain::Margins::of(&open);
-        let (phase, gain) = (expected.phase_deg.unwrap(), expected.gain_db.unwrap());
-        let found = margins(|seed| SETUPS[0].drive(seed, 4));
+        let (found, expected) = (margins(&SETUPS[0]), expected());
         // What a tuning promises of its prediction: 2 deg and 1 dB.
-        println!("{found:?}, expected {phase:?}, {gain:?}");
-        assert!((found.phase_deg - phase.value).abs() < 2.0);
-        assert!((found.gain_db - gain.value).abs() < 1.0);
+        println!("{found:?}, expected {expected:?}");
+        assert!((found.phase_deg - expected.phase_deg).abs() < 2.0);
+        assert!((found.gain_db - expected.gain_db).abs() < 1.0);
     }
 }

@@ -4,7 +4,7 @@ use std::process::Command;
 
 use model_core::time::CONTROL_RATE_HZ;
 
-use super::{SETUPS, rows};
+use super::{SETUPS, margin, rows};
 
 /// The commit of the sources.
 fn commit() -> std::io::Result<String> {
@@ -18,9 +18,13 @@ fn commit() -> std::io::Result<String> {
 pub fn page() -> std::io::Result<String> {
     let commit = commit()?;
     let [paper, with, observed] = SETUPS.map(|setup| setup.name);
+    let expected = margin::expected();
     let mut page = format!(
-        "# {TITLE}\n\nWritten by `{COMMAND}` at commit {commit}.\n\n{TEXT}\n{RATES}\n\
-         | | {paper} | {with} | {observed} |\n|---|---|---|---|\n"
+        "# {TITLE}\n\nWritten by `{COMMAND}` at commit {commit}.\n\n{TEXT}\n\
+         The linear model of the paper's loop, with the delay of the encoder, has margins of {:.1} deg \
+         and {:.1} dB.\n\n{RATES}\n\
+         | | {paper} | {with} | {observed} |\n|---|---|---|---|\n",
+        expected.phase_deg, expected.gain_db
     );
     for (name, [paper, with, observed]) in rows() {
         page += &format!("| {name} | {paper:.2} | {with:.2} | {observed:.2} |\n");
@@ -79,8 +83,7 @@ Object 2013h adds to the loop of the paper, in shares of 0.1 %:
 Object 2014h subtracts the error of the encoder once and twice a turn, here that of the plant.
 
 All are 0 by default; 2011h has to describe the motor. The margins are those of the loop that runs: a sine is
-added to the duty, so that the paths by encoder and back-EMF both count; 1 to 3 do not change them. The
-linear model of the paper's loop has 56.5 deg and 19.7 dB with the delay of the encoder. The third column has 4, and twice the gains: 60FBh:1 of 16/s, 60F9h:1 x 2 and 60F9h:2 x 4,
+added to the duty, so that the paths by encoder and back-EMF both count. The third column has 4, and twice the gains: 60FBh:1 of 16/s, 60F9h:1 x 2 and 60F9h:2 x 4,
 with less noise of the duty than the paper's loop. Here 1 and 2 are 1000 and 3 is 132: half a count of
 quantisation, and a count of noise. Cyclic targets need 60C2h:1 at their interval. The motor bounds the
 bandwidth: 2,150 deg/s^2 are 3.9 Hz at 3.5 deg, which are -3 dB of 5 deg.
