@@ -119,7 +119,7 @@ impl<T: PwmTimer> HBridge<T> {
         self.was_commanded = false;
     }
 
-    /// Starts a PWM period: the outputs follow the command, also after the coast window.
+    /// Starts an update period: the outputs follow the command, also after the coast window.
     #[inline]
     pub fn begin_pwm_period(&mut self) {
         if !self.is_enabled || self.timer.has_tripped() {

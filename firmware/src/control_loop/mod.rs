@@ -47,7 +47,7 @@ pub(crate) const PERIOD_US: u32 = axis_parameters::PERIOD_US;
 pub struct Inputs<'a> {
     /// The samples.
     pub samples: &'a Samples,
-    /// The last step ended too late: its duty took effect one PWM period after it was due. That
+    /// The last step ended too late: its duty took effect one update period after it was due. That
     /// counts as a missed control period, but no sample was lost.
     pub was_late: bool,
     /// The commands.

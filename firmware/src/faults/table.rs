@@ -14,7 +14,7 @@ use crate::{
 /// Reaction to a fault when it is latched.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reaction {
-    /// The drive is off from the next PWM edge on.
+    /// The drive is off from the next update period on.
     SwitchOff,
     /// The shaft is brought to rest by the quick-stop ramp, then the drive is off.
     QuickStop,

@@ -1,9 +1,10 @@
 //! Two copies of the control loop, compared in every control period.
 //!
-//! The output of the first copy acts at the next PWM edge. Then the second copy computes the same
-//! period from inputs that are read again, and outputs and states of both are compared. A bit that
-//! has flipped in a register, in the memory of a copy or in the path of an input, and an instruction
-//! that was not executed, make a difference, and the [`Shutdown`] begins in the same control period.
+//! The output of the first copy acts in the next update period. Then the second copy computes the
+//! same control period from inputs that are read again, and outputs and states of both are
+//! compared. A bit that has flipped in a register, in the memory of a copy or in the path of an
+//! input, and an instruction that was not executed, make a difference, and the [`Shutdown`] begins
+//! in the same control period.
 //!
 //! Both copies see the same mailboxes; a message is protected by its check value
 //! ([`crate::check_value`]). Both execute the same program, whose flash has a CRC

@@ -12,7 +12,7 @@ use super::{
 /// Samples whose mean is taken.
 const SAMPLES: i32 = 16;
 
-/// PWM periods for which nothing may trip the bridge.
+/// Update periods for which nothing may trip the bridge.
 const QUIET_PERIODS: i32 = 20;
 
 /// Measures a step.

@@ -49,13 +49,13 @@ enum Participation {
 }
 
 /// The controller without its receive FIFO, for which another interrupt calls
-/// [`super::receive`]. Times are numbers of PWM periods, of 31 bits, which wrap.
+/// [`super::receive`]. Times are numbers of update periods, of 31 bits, which wrap.
 pub struct CanController<P, Q> {
     port: P,
     queues: Q,
     kbit_s: u16,
     participation: Participation,
-    /// Number of the PWM period in which the quiet time, or the time off the bus, began.
+    /// Number of the update period in which the quiet time, or the time off the bus, began.
     since: u32,
     /// Time off the bus at the next bus-off.
     back_off_ms: u32,
@@ -79,8 +79,8 @@ impl<P: CanPort, Q: TransmitQueues> CanController<P, Q> {
         controller
     }
 
-    /// Changes to another bit rate, kbit/s, in this PWM period; frames that are not transmitted yet
-    /// are discarded.
+    /// Changes to another bit rate, kbit/s, in this update period; frames that are not transmitted
+    /// yet are discarded.
     pub fn set_bit_rate(&mut self, kbit_s: u16, period: u32) {
         while self.queues.next_other().is_some() {}
         while self.queues.next_process_data().is_some() {}
