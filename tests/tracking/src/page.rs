@@ -97,7 +97,7 @@ of 16/s, 60F9h:1 x 2 and 60F9h:2 x 4, with less noise of the duty than the paper
 1000 and 3 is 132: half a count of quantisation, and a count of noise. Cyclic targets need 60C2h:1 at their
 interval. The motor bounds the bandwidth: 2,150 deg/s^2 are 3.9 Hz at 3.5 deg, which are -3 dB of 5 deg.
 The margins are those of the loop that runs: a sine is added to the duty, so that the paths by encoder and
-back-EMF both count; "none" is one above 93 Hz.
+back-EMF both count, up to 93 Hz.
 
 Means of 10 drives with noise, friction, magnet and supply of their seeds, natively, of motions and steps
 the greatest; the error is that of the shaft against the command at the same time, where nothing else is
