@@ -5,6 +5,8 @@ import { saving } from './save.js';
 
 // Means that are read once a second change slowly: half an hour of them is kept.
 const POINTS = 1800;
+// Of a plot, px: its label beside it is at most 120 px long.
+const HEIGHT = 160;
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 // The quantities: mean, its standard error, baseline, change, level, bit of the warning, and what a
@@ -12,9 +14,9 @@ const css = name => getComputedStyle(document.documentElement).getPropertyValue(
 const QUANTITIES = [
   { id: 'friction', name: 'Friction', unit: 'mA', now: '2052:1', error: '2054:1', baseline: '2053:1', change: '2052:6', level: '2053:3', by: 10, bit: 0, needsMotion: true },
   { id: 'load', name: 'Load', unit: 'mA', now: '2052:2', error: '2054:1', level: '2053:5', by: 10, levelBy: 10, levelUnit: 'mA', bit: 2, needsMotion: true },
-  { id: 'constant', name: 'Back-EMF constant', unit: 'mV s/deg', now: '2052:3', error: '2054:2', baseline: '2053:2', change: '2052:7', level: '2053:4', by: 1000, bit: 1, needsMotion: true },
+  { id: 'constant', name: 'Back-EMF constant', label: 'Constant', unit: 'mV s/deg', now: '2052:3', error: '2054:2', baseline: '2053:2', change: '2052:7', level: '2053:4', by: 1000, bit: 1, needsMotion: true },
   { id: 'magnet', name: 'Weak magnet', unit: '%', now: '2052:5', level: '2053:6', by: 10, levelBy: 10, levelUnit: '%', bit: 3 },
-  { id: 'supply', name: 'Supply resistance', unit: 'mΩ', now: '2052:9', error: '2054:3', baseline: '2053:9', change: '2054:5', changeBy: 1, changeUnit: 'mΩ', level: '2053:7', by: 1, levelBy: 1, levelUnit: 'mΩ', bit: 4, isZeroUnknown: true },
+  { id: 'supply', name: 'Supply resistance', label: 'Supply', unit: 'mΩ', now: '2052:9', error: '2054:3', baseline: '2053:9', change: '2054:5', changeBy: 1, changeUnit: 'mΩ', level: '2053:7', by: 1, levelBy: 1, levelUnit: 'mΩ', bit: 4, isZeroUnknown: true },
   { id: 'play', name: 'Play', unit: 'deg', now: '2052:10', error: '2054:4', baseline: '2053:10', change: '2054:6', changeBy: 1000, changeUnit: 'deg', level: '2053:8', by: 1000, levelBy: 1000, levelUnit: 'deg', bit: 5, isZeroUnknown: true },
 ];
 const SAMPLES = '2052:4', WARNINGS = '2052:8', LEAST_SAMPLES = 1024;
@@ -29,11 +31,11 @@ export const healthCard = () => {
   const axis = more => ({ stroke: () => css('--ink'), font: '12px system-ui', labelFont: '12px system-ui', labelSize: 18, labelGap: 0, grid: { stroke: () => css('--grid'), width: 1 }, ticks: { stroke: () => css('--rule'), width: 1 }, ...more });
   const build = () => {
     charts.forEach(chart => chart.destroy());
-    charts = rows.map(({ name, unit }) => {
+    charts = rows.map(({ name, label = name, unit }) => {
       const chart = new uPlot({
-        width: plots.clientWidth || 600, height: 130, padding: [6, 10, 0, 0], legend: { show: false }, cursor: { show: false },
+        width: plots.clientWidth || 600, height: HEIGHT, padding: [6, 10, 0, 0], legend: { show: false }, cursor: { show: false },
         scales: { x: { time: false }, y: { range: (u, low, high) => low == null ? [0, 1] : uPlot.rangeNum(Math.min(low, high - 1e-3), Math.max(high, low + 1e-3), 0.2, false) } },
-        axes: [axis({ size: 30, values: (u, at) => at.map(v => `${+v.toFixed(1)} s`) }), axis({ label: `${name} (${unit})`, size: 56, values: (u, at) => at.map(short) })],
+        axes: [axis({ size: 30, values: (u, at) => at.map(v => `${+v.toFixed(1)} s`) }), axis({ label: `${label} (${unit})`, size: 56, values: (u, at) => at.map(short) })],
         series: [{}, { label: name, stroke: () => css('--c1'), width: 1.5, spanGaps: false, points: { show: false } }],
       }, [[], []], plots);
       chart.root.classList.add('plot');
@@ -66,7 +68,7 @@ export const healthCard = () => {
     if (times.length > POINTS) [times, ...series].forEach(values => values.shift());
     if (!charts.length) build();
     charts.forEach((chart, i) => {
-      chart.setSize({ width: plots.clientWidth || 600, height: 130 });
+      chart.setSize({ width: plots.clientWidth || 600, height: HEIGHT });
       chart.setData([times, series[i]]);
     });
   };
