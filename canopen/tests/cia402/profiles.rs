@@ -89,6 +89,43 @@ fn a_smooth_motion_stops_resumes_and_changes_its_target_without_a_step() {
 }
 
 #[test]
+fn a_jerk_limit_that_begins_in_motion_continues_its_velocity() {
+    let mut bench = Bench::enabled(Mode::ProfilePosition);
+    bench.input.target_position = 60_000;
+    bench.command(NEW);
+    let mut places = vec![];
+    for at in 0..200 {
+        // At 300 deg/s, and again with another mean.
+        bench.parameters.smoothing = match at {
+            0..30 => 0,
+            30..40 => 10,
+            _ => 15,
+        };
+        bench.command(ENABLE);
+        places.push(i64::from(bench.input.position_actual));
+    }
+    assert_eq!(places.last(), Some(&60_000));
+    let [velocity, acceleration, _] = greatest(&places);
+    assert!(
+        velocity <= 1_201 && acceleration <= 50,
+        "{velocity} {acceleration}"
+    );
+}
+
+#[test]
+fn a_set_point_at_the_present_position_is_reached_as_early_with_a_jerk_limit_as_without() {
+    let periods = [0, 10].map(|smoothing| {
+        let mut bench = Bench::enabled(Mode::ProfilePosition);
+        bench.parameters.smoothing = smoothing;
+        bench.parameters.position_window_time_ms = 0;
+        bench.input.target_position = bench.input.position_actual;
+        bench.input.controlword = NEW;
+        bench.until(|output| output.statusword & statusword::TARGET_REACHED != 0)
+    });
+    assert_eq!(periods[0], periods[1]);
+}
+
+#[test]
 fn points_are_followed_while_bit_4_is_set() {
     let mut bench = Bench::enabled(Mode::InterpolatedPosition);
     let has_bit_12 = |word: u16| word & statusword::MODE_12 != 0;
