@@ -138,13 +138,12 @@ impl Motions {
 
     fn end(&mut self, motion: &Motion) {
         if motion.periods >= SHORTEST {
-            let periods = i32::from(motion.periods);
+            let (is_positive, periods) = (motion.is_positive, motion.periods);
             let tenths = i64::from(motion.ma) * 10 / i64::from(periods);
-            let way = (motion.is_positive, motion.periods);
-            self.friction.value(way.0, tenths as i32, way.1);
+            self.friction.value(is_positive, tenths as i32, periods);
             let constant = i64::from(motion.mv) * 1000;
             if let Some(constant) = constant.checked_div(motion.deg_s.into()) {
-                self.constant.value(way.0, constant as i32, way.1);
+                self.constant.value(is_positive, constant as i32, periods);
             }
         }
         if self.samples() >= ENOUGH {

@@ -185,7 +185,7 @@ impl Play {
 
     /// Its standard error, mdeg.
     pub fn standard_error(&self) -> Option<i32> {
-        let _ = self.mdeg()?;
+        self.mdeg()?;
         self.statistics.standard_error(2 * self.motions())
     }
 }
