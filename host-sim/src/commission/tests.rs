@@ -230,11 +230,15 @@ fn only_the_write_changes_what_the_actuator_keeps() {
 }
 
 #[test]
-fn the_baseline_is_that_of_later_moves() {
-    let mut with_supply = 0;
+fn the_baseline_is_that_of_later_moves_and_stays_where_these_do_not_show_it() {
+    const BEFORE: [(&str, i64); 2] = [("2053:9", 900), ("2053:10", 700)];
+    let (mut with_supply, mut kept_before) = (0, 0);
     for seed in 0..5 {
         let mut client = client(&secret(seed), Defects::default());
         client.write("6081", "120000").expect("in range");
+        for (object, value) in BEFORE {
+            client.write(object, &value.to_string()).expect("in range");
+        }
         let kept = Kept::of(&mut client).expect("values");
         let mut steps = Vec::new();
         let found = find(&mut client, &LIMITS, (&kept, true), |step| {
@@ -261,6 +265,12 @@ fn the_baseline_is_that_of_later_moves() {
             assert!(permille.abs() < 200, "bench {seed}: {permille}");
             with_supply += 1;
         }
+        for (object, before) in BEFORE {
+            if objects.iter().all(|(found, _)| *found != object) {
+                assert_eq!(client.integer(object).ok(), Some(before), "{object}");
+                kept_before += 1;
+            }
+        }
         for (object, value) in objects {
             assert_eq!(client.integer(object).ok(), Some(value as i64), "{object}");
         }
@@ -275,6 +285,7 @@ fn the_baseline_is_that_of_later_moves() {
         assert!(permille.abs() < 10, "bench {seed}: {permille}");
     }
     assert_ne!(with_supply, 0, "a bench whose moves show the supply");
+    assert_ne!(kept_before, 0, "a bench whose moves do not show all");
 }
 
 #[test]
