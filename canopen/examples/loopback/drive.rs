@@ -11,7 +11,7 @@ const PERIOD_US: u32 = 4_000;
 /// The axis and the time of its next step.
 #[derive(Default)]
 pub struct Drive {
-    axis: Axis,
+    axis: Axis<PERIOD_US>,
     next_us: u64,
     position: i32,
     velocity: i32,
@@ -74,7 +74,6 @@ impl Drive {
 
 fn parameters(position_limits: (i32, i32)) -> Parameters {
     Parameters {
-        period_us: PERIOD_US,
         position_limits: Some(position_limits),
         ..Parameters::default()
     }

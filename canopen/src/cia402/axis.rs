@@ -129,18 +129,18 @@ pub struct Output {
     pub following_error_exceeded: bool,
 }
 
-/// One axis.
+/// One axis, with a control period of `PERIOD_US` microseconds, 1 to 1,000,000.
 ///
 /// A mode starts when operation is enabled, after a quick stop and with each change of 6060h. It
 /// starts at the actual position and holds it: a target acts once it has been written in a later
 /// period than that in which the mode started. A target that was written before, in another mode or
 /// while the power was off, moves nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Axis {
+pub struct Axis<const PERIOD_US: u32> {
     machine: StateMachine,
-    ramp: Ramp,
+    ramp: Ramp<PERIOD_US>,
     set_points: SetPoints,
-    smooth: Option<SmoothProfile>,
+    smooth: Option<SmoothProfile<PERIOD_US>>,
     homing: Homing,
     origin: i32,
     mode: Option<Mode>,
@@ -186,7 +186,7 @@ struct ModeResult {
 /// A thousandth of the rated torque in units of [`Axis::torque`].
 const TORQUE_UNIT: i32 = 1_000;
 
-impl Axis {
+impl<const PERIOD_US: u32> Axis<PERIOD_US> {
     /// At power-on.
     #[must_use]
     pub fn new() -> Self {
@@ -225,7 +225,7 @@ impl Axis {
         }
         let slow = input.velocity_actual.unsigned_abs() <= parameters.velocity_threshold;
         let slow_ms = parameters.velocity_threshold_time_ms;
-        self.is_slow = (self.slow_timer).step(slow, slow_ms, parameters.period_us);
+        self.is_slow = (self.slow_timer).step::<PERIOD_US>(slow, slow_ms);
         let conditions = Conditions {
             initialised: input.initialised,
             voltage: input.voltage,
@@ -240,7 +240,7 @@ impl Axis {
         // In every period: the time of a stop ends with the stop.
         let goes_on = was_stopping && self.is_stopping;
         let stop_ms = parameters.stop_time_ms;
-        self.is_stop_over = (self.stop_timer).step(goes_on, stop_ms, parameters.period_us);
+        self.is_stop_over = (self.stop_timer).step::<PERIOD_US>(goes_on, stop_ms);
         let mut result = match motion {
             Motion::Off => {
                 self.track_actual_position(input);
@@ -359,7 +359,7 @@ impl Axis {
             deceleration,
         };
         self.ramp.limit_velocity(parameters.max_velocity);
-        self.ramp.to_velocity(0, &limits, parameters.period_us);
+        self.ramp.to_velocity(0, &limits);
         self.command = self.ramp.position();
         self.steps = 0;
         // Motion resumes only after a halt, which is not a state of its own.

@@ -222,7 +222,7 @@ impl Homing {
 impl Search {
     /// Whether the motor stands against something, by its position, the distance to the demand and
     /// its current.
-    pub fn resistance(
+    pub fn resistance<const PERIOD_US: u32>(
         &mut self,
         position: i32,
         lag: u32,
@@ -237,7 +237,7 @@ impl Search {
             self.place = position;
         }
         let stands = is_near && (is_blocked || is_behind);
-        let lasts = (self.standing).step(stands, homing.stop_time_ms, parameters.period_us);
+        let lasts = (self.standing).step::<PERIOD_US>(stands, homing.stop_time_ms);
         match (lasts, is_blocked) {
             (false, _) => Resistance::None,
             (true, true) => Resistance::Stop,

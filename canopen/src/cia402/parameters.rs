@@ -17,8 +17,6 @@ pub enum RelativeTo {
 /// unit per second squared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Parameters {
-    /// Control period in microseconds.
-    pub period_us: u32,
     /// Option codes 605Ah to 605Eh.
     pub options: Options,
     /// Software position limits 607Dh, lower and upper; `None` disables them.
@@ -75,11 +73,9 @@ pub struct Parameters {
 }
 
 impl Default for Parameters {
-    /// A small servo in thousandths of a degree with a control period of 4 ms and a command period
-    /// of 20 ms.
+    /// A small servo in thousandths of a degree with a command period of 20 ms.
     fn default() -> Self {
         Self {
-            period_us: 4_000,
             options: Options::default(),
             position_limits: Some((-60_000, 60_000)),
             approach_gain: 0,

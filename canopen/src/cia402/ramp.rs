@@ -3,7 +3,8 @@
 //! The position has a resolution of one millionth of a unit, the velocity one thousandth of a unit
 //! per second: a period of `T` microseconds changes the position by `velocity * T / 1000`, and an
 //! acceleration of `a` units per second squared changes the velocity by `a * T / 1000`. There is no
-//! floating point and no drift.
+//! floating point and no drift. The period is a constant of the type: a processor of 32 bits
+//! multiplies and divides by it with shifts, if it is a power of two of milliseconds.
 
 /// Position increments per unit.
 pub(super) const UNIT: i64 = 1_000_000;
@@ -23,14 +24,16 @@ pub struct Limits {
     pub deceleration: u32,
 }
 
-/// Position demand and its velocity.
+/// Position demand and its velocity, advanced in periods of `PERIOD_US` microseconds, 1 to 1,000,000.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Ramp {
+pub struct Ramp<const PERIOD_US: u32> {
     position: i64,
     velocity: i64,
 }
 
-impl Ramp {
+impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
+    const IS_PERIOD_IN_RANGE: () = assert!(PERIOD_US >= 1 && PERIOD_US <= PERIOD_MAX_US);
+
     /// At a position, moving with a velocity.
     #[must_use]
     pub const fn moving(position: i32, velocity: i32) -> Self {
@@ -43,6 +46,7 @@ impl Ramp {
     /// At rest at a position.
     #[must_use]
     pub const fn at(position: i32) -> Self {
+        let () = Self::IS_PERIOD_IN_RANGE;
         Self {
             position: position as i64 * UNIT,
             velocity: 0,
@@ -74,8 +78,8 @@ impl Ramp {
     }
 
     /// Way of one period at the present velocity, in millionths of a unit.
-    pub(super) fn fine_step(&self, period_us: u32) -> i64 {
-        in_period(self.velocity, period_us)
+    pub(super) fn fine_step(&self) -> i64 {
+        in_period::<PERIOD_US>(self.velocity)
     }
 
     /// At this position in millionths of a unit, with the velocity of another one.
@@ -98,10 +102,10 @@ impl Ramp {
 
     /// Advances one period toward a position at which the motion ends, with a trapezoidal velocity
     /// profile within the limits. Returns whether the position is reached.
-    pub fn to_position(&mut self, target: i32, limits: &Limits, period_us: u32) -> bool {
+    pub fn to_position(&mut self, target: i32, limits: &Limits) -> bool {
         let target = i64::from(target) * UNIT;
         let distance = target - self.position;
-        let deceleration_step = velocity_change(limits.deceleration, period_us);
+        let deceleration_step = velocity_change::<PERIOD_US>(limits.deceleration);
         if distance.abs() < UNIT / 2 && self.velocity.abs() <= deceleration_step {
             *self = Self {
                 position: target,
@@ -111,20 +115,20 @@ impl Ramp {
         }
         let forward = if distance < 0 { -1 } else { 1 };
         let toward = self.velocity * forward;
-        let allowed = braking_velocity(distance.unsigned_abs(), deceleration_step, period_us)
+        let allowed = braking_velocity::<PERIOD_US>(distance.unsigned_abs(), deceleration_step)
             .min(max_velocity(limits));
         let rate = if (0..=allowed).contains(&toward) {
-            velocity_change(limits.acceleration, period_us)
+            velocity_change::<PERIOD_US>(limits.acceleration)
         } else {
             deceleration_step
         };
         let next = toward + clamp_symmetric(allowed - toward, rate);
-        self.move_at(next * forward, period_us);
+        self.move_at(next * forward);
         false
     }
 
     /// Advances one period toward a velocity.
-    pub fn to_velocity(&mut self, target: i32, limits: &Limits, period_us: u32) {
+    pub fn to_velocity(&mut self, target: i32, limits: &Limits) {
         let target = clamp_symmetric(i64::from(target) * UNIT_PER_S, max_velocity(limits));
         let difference = target - self.velocity;
         let slows = self.velocity != 0 && (difference < 0) != (self.velocity < 0);
@@ -133,35 +137,35 @@ impl Ramp {
         } else {
             limits.acceleration
         };
-        let step = clamp_symmetric(difference, velocity_change(rate, period_us));
-        self.move_at(self.velocity + step, period_us);
+        let step = clamp_symmetric(difference, velocity_change::<PERIOD_US>(rate));
+        self.move_at(self.velocity + step);
     }
 
     /// Moves to a position within one period; the velocity follows from the difference.
-    pub fn follow(&mut self, position: i64, period_us: u32) {
-        // |difference| <= 2^32 * 10^6, times 1000 is below 2^63.
-        let velocity = divide((position - self.position) * 1000, period_us.max(1));
+    pub fn follow(&mut self, position: i64) {
+        // |difference| <= 2^32 * 10^6.
+        let velocity = per_period::<PERIOD_US>(position - self.position);
         self.velocity = clamp_symmetric(velocity, VELOCITY_MAX);
         self.position = position;
     }
 
     /// Advances one of `steps` equal steps to a position, at most at this velocity; returns whether
     /// that made the step shorter.
-    pub fn interpolate(&mut self, target: i32, steps: u32, velocity: u32, period_us: u32) -> bool {
+    pub fn interpolate(&mut self, target: i32, steps: u32, velocity: u32) -> bool {
         let target = i64::from(target) * UNIT;
         let step = divide(target - self.position, steps.max(1));
         // In units of UNIT: below 2^31 * 10^6.
         let velocity = velocity.min(i32::MAX as u32);
-        let longest = i64::from(velocity) * i64::from(period_us.min(PERIOD_MAX_US));
+        let longest = i64::from(velocity) * i64::from(PERIOD_US);
         let possible = clamp_symmetric(step, longest);
         self.position += possible;
-        self.velocity = divide(possible * 1000, period_us.max(1));
+        self.velocity = per_period::<PERIOD_US>(possible);
         possible != step
     }
 
     /// Sets the velocity and advances one period.
-    pub fn set_velocity(&mut self, velocity: i32, period_us: u32) {
-        self.move_at(i64::from(velocity) * UNIT_PER_S, period_us);
+    pub fn set_velocity(&mut self, velocity: i32) {
+        self.move_at(i64::from(velocity) * UNIT_PER_S);
     }
 
     /// Sets the position; the velocity is unchanged.
@@ -182,8 +186,8 @@ impl Ramp {
     /// The highest velocity from which the axis can stop within a distance, if it begins to
     /// decelerate a period later: `v T + v^2/(2 a) = d`. At most 2^-15 of it too low.
     #[must_use]
-    pub fn stopping_velocity(distance: u32, deceleration: u32, period_us: u32) -> i32 {
-        let step = i64::from(deceleration) * i64::from(period_us.min(PERIOD_MAX_US));
+    pub fn stopping_velocity(distance: u32, deceleration: u32) -> i32 {
+        let step = i64::from(deceleration) * i64::from(PERIOD_US);
         // At most 2^32: its square saturates.
         let step = divide(step, 1_000_000).unsigned_abs();
         let product = (u64::from(deceleration) * u64::from(distance)).saturating_mul(2);
@@ -191,9 +195,9 @@ impl Ramp {
         i32::try_from(root.saturating_sub(step)).unwrap_or(i32::MAX)
     }
 
-    fn move_at(&mut self, velocity: i64, period_us: u32) {
+    fn move_at(&mut self, velocity: i64) {
         self.velocity = clamp_symmetric(velocity, VELOCITY_MAX);
-        let travel = self.fine_step(period_us);
+        let travel = self.fine_step();
         self.position = clamp_symmetric(self.position + travel, i32::MAX as i64 * UNIT);
     }
 }
@@ -294,19 +298,28 @@ fn clamp_symmetric(value: i64, bound: i64) -> i64 {
 }
 
 /// Velocity change of an acceleration in one period: at most 2^32 * 10^6 / 1000.
-fn velocity_change(acceleration: u32, period_us: u32) -> i64 {
-    in_period(i64::from(acceleration), period_us).max(1)
+fn velocity_change<const PERIOD_US: u32>(acceleration: u32) -> i64 {
+    in_period::<PERIOD_US>(i64::from(acceleration)).max(1)
 }
 
-/// `value` times the period in ms, rounded toward zero. The usual periods are whole milliseconds,
-/// which spares a division.
-#[inline(always)]
-fn in_period(value: i64, period_us: u32) -> i64 {
-    let period_us = period_us.min(PERIOD_MAX_US);
-    if period_us.is_multiple_of(1000) {
-        value * i64::from(period_us / 1000)
+/// `value` times the period in ms, rounded toward zero.
+const fn in_period<const PERIOD_US: u32>(value: i64) -> i64 {
+    if PERIOD_US.is_multiple_of(1000) {
+        value * (PERIOD_US / 1000) as i64
     } else {
-        divide(value * i64::from(period_us), 1000)
+        divide(value * PERIOD_US as i64, 1000)
+    }
+}
+
+/// `value`, below 2^63/1000, over the period in ms, rounded toward zero.
+const fn per_period<const PERIOD_US: u32>(value: i64) -> i64 {
+    let period_ms = PERIOD_US / 1000;
+    if !PERIOD_US.is_multiple_of(1000) {
+        divide(value * 1000, PERIOD_US)
+    } else if period_ms.is_power_of_two() {
+        value / period_ms as i64
+    } else {
+        divide(value, period_ms)
     }
 }
 
@@ -316,10 +329,9 @@ fn in_period(value: i64, period_us: u32) -> i64 {
 /// With `d` the deceleration step, a stop from `k * d + r` travels `(k + 1)` periods at this
 /// velocity less `d * k * (k + 1) / 2`; `k` is the largest for which `d * k * (k + 1) / 2` fits.
 /// All distances are in velocity increments times one period.
-fn braking_velocity(distance: u64, deceleration_step: i64, period_us: u32) -> i64 {
-    // distance <= 2^32 * 10^6, times 1000 is below 2^63. Saturated at an eighth of the range for
-    // the factor 8 below.
-    let travel = divide((distance * 1000) as i64, period_us.max(1)).unsigned_abs();
+fn braking_velocity<const PERIOD_US: u32>(distance: u64, deceleration_step: i64) -> i64 {
+    // distance <= 2^32 * 10^6. Saturated at an eighth of the range for the factor 8 below.
+    let travel = per_period::<PERIOD_US>(distance as i64).unsigned_abs();
     let travel = travel.min(u64::MAX / 8);
     let deceleration_step = deceleration_step.unsigned_abs().max(1);
     // deceleration_step * k * (k + 1) / 2 <= travel < 2^61.

@@ -14,8 +14,8 @@ struct Place(i32);
 
 /// The trapezoidal profile and its last positions, rounded to whole units.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct SmoothProfile {
-    profile: Ramp,
+pub(super) struct SmoothProfile<const PERIOD_US: u32> {
+    profile: Ramp<PERIOD_US>,
     last: [Place; Parameters::MOST_SMOOTHING as usize],
     /// The sum of those that are in the mean.
     sum: i64,
@@ -26,10 +26,10 @@ pub(super) struct SmoothProfile {
     /// all demands of the mean are the same.
     at_target: u8,
     /// The mean that was returned last.
-    mean: Ramp,
+    mean: Ramp<PERIOD_US>,
 }
 
-impl SmoothProfile {
+impl<const PERIOD_US: u32> SmoothProfile<PERIOD_US> {
     /// Of no motion.
     const NONE: Self = Self {
         profile: Ramp::at(0),
@@ -42,8 +42,8 @@ impl SmoothProfile {
     };
 
     /// Continues a motion at its present velocity.
-    fn restart(&mut self, motion: Ramp, count: u8, period_us: u32) {
-        let step = motion.fine_step(period_us);
+    fn restart(&mut self, motion: Ramp<PERIOD_US>, count: u8) {
+        let step = motion.fine_step();
         // The mean lags behind the profile by half of its periods.
         let newest = motion.fine_position() + step * i64::from(count - 1) / 2;
         self.profile = motion.at_fine(newest);
@@ -69,18 +69,17 @@ impl SmoothProfile {
     #[inline(never)]
     pub fn advance(
         smooth: &mut Option<Self>,
-        motion: &mut Ramp,
+        motion: &mut Ramp<PERIOD_US>,
         (target, count): (i32, u8),
         limits: &Limits,
-        period_us: u32,
     ) -> bool {
         let count = count.clamp(1, Parameters::MOST_SMOOTHING);
         // In place: a copy takes longer than the mean.
         let next = smooth.get_or_insert(Self::NONE);
         if next.mean != *motion || next.count != count {
-            next.restart(*motion, count, period_us);
+            next.restart(*motion, count);
         }
-        let is_reached = next.profile.to_position(target, limits, period_us);
+        let is_reached = next.profile.to_position(target, limits);
         next.at_target = if is_reached {
             (next.at_target + 1).min(count)
         } else {
@@ -98,7 +97,7 @@ impl SmoothProfile {
         };
         // Below 16 times 2^31 times 10^6.
         let mean = divide(next.sum * UNIT, u32::from(count));
-        motion.follow(mean, period_us);
+        motion.follow(mean);
         next.mean = *motion;
         next.at_target == count
     }

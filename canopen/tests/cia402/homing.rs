@@ -263,7 +263,7 @@ fn what_is_attained_remains_so_until_the_next_start_and_in_other_modes() {
 
 #[test]
 fn an_axis_may_start_with_an_origin() {
-    let mut axis = Axis::starting_from(-4_000);
+    let mut axis = Axis::<4000>::starting_from(-4_000);
     axis.reset_demand(10_000, 0);
     let parameters = crate::parameters();
     let input = Input {

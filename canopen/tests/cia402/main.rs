@@ -15,15 +15,19 @@ use canopen::cia402::{Axis, Demand, Input, Mode, Output, Parameters, StateMachin
 
 const ENABLE: u16 = 0x000F;
 
-/// An axis with a motor that follows the demand with a delay of one period.
-struct Bench {
-    axis: Axis,
+/// An axis of a control period in microseconds, with a motor that follows the demand with a delay
+/// of one period.
+struct BenchOf<const PERIOD_US: u32> {
+    axis: Axis<PERIOD_US>,
     input: Input,
     parameters: Parameters,
     follows: bool,
 }
 
-impl Bench {
+/// Of a control period of 4 ms.
+type Bench = BenchOf<4000>;
+
+impl<const PERIOD_US: u32> BenchOf<PERIOD_US> {
     fn new(mode: Mode) -> Self {
         // A master that writes its targets in each period.
         let input = Input {
@@ -83,7 +87,7 @@ impl Bench {
 
     fn turn(&mut self, velocity: i32) {
         self.input.velocity_actual = velocity;
-        let way = i64::from(velocity) * i64::from(self.parameters.period_us) / 1_000_000;
+        let way = i64::from(velocity) * i64::from(PERIOD_US) / 1_000_000;
         self.input.position_actual += way as i32;
     }
 

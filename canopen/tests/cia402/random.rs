@@ -2,7 +2,7 @@ use canopen::cia402::{Cia402State, Demand, Fault, Mode};
 use proptest::prelude::*;
 
 use crate::model::MODES;
-use crate::{Bench, ENABLE, NEW};
+use crate::{Bench, BenchOf, ENABLE, NEW};
 
 fn mode() -> impl Strategy<Value = Mode> {
     prop::sample::select(&MODES)
@@ -45,35 +45,54 @@ proptest! {
         steps in prop::collection::vec(
             (prop_oneof![Just(0x1F_u16), Just(0x0F), Just(0x07), Just(0x06), any::<u16>()], mode(),
              any::<i32>(), any::<i32>(), 0..60_u8), 1..300),
-        period_us in prop_oneof![Just(4000_u32), any::<u32>()],
+        period in 0..4_usize,
     ) {
-        let mut bench = Bench::new(Mode::None);
-        bench.parameters.period_us = period_us;
-        bench.follows = false;
-        for (word, mode, position, velocity, fault) in steps {
-            bench.input.mode = mode;
-            bench.input.target_position = position;
-            bench.input.target_velocity = velocity;
-            bench.input.velocity_offset = position;
-            bench.input.position_actual = position / 50_000;
-            bench.input.velocity_actual = velocity;
-            bench.input.target_torque = position as i16;
-            bench.input.fault = match fault { 0 => Fault::Controlled, 1 => Fault::Immediate, _ => Fault::None };
-            let output = bench.command(word);
-            let powered = matches!(
-                output.state,
-                Cia402State::OperationEnabled | Cia402State::QuickStopActive | Cia402State::FaultReactionActive
-            );
-            prop_assert!(powered || output.demand == Demand::Off);
-            if let Demand::Velocity(velocity) = output.demand
-                && period_us == 4000 && mode == Mode::CyclicVelocity
-            {
-                prop_assert!(velocity.unsigned_abs() <= 500_000);
-            }
-            if let Demand::Torque { torque, velocities: (slowest, fastest) } = output.demand {
-                prop_assert!(torque.unsigned_abs() <= 1_000);
-                prop_assert!((-500_000..=0).contains(&slowest) && (0..=500_000).contains(&fastest));
-            }
+        let run = [keeps_its_ranges::<1>, keeps_its_ranges::<333>, keeps_its_ranges::<4_000>, keeps_its_ranges::<1_000_000>];
+        run[period](steps)?;
+    }
+}
+
+/// Controlword, mode, position, velocity, and a fault if below 2.
+type Step = (u16, Mode, i32, i32, u8);
+
+fn keeps_its_ranges<const PERIOD_US: u32>(steps: Vec<Step>) -> Result<(), TestCaseError> {
+    let mut bench = BenchOf::<PERIOD_US>::new(Mode::None);
+    bench.follows = false;
+    for (word, mode, position, velocity, fault) in steps {
+        bench.input.mode = mode;
+        bench.input.target_position = position;
+        bench.input.target_velocity = velocity;
+        bench.input.velocity_offset = position;
+        bench.input.position_actual = position / 50_000;
+        bench.input.velocity_actual = velocity;
+        bench.input.target_torque = position as i16;
+        bench.input.fault = match fault {
+            0 => Fault::Controlled,
+            1 => Fault::Immediate,
+            _ => Fault::None,
+        };
+        let output = bench.command(word);
+        let powered = matches!(
+            output.state,
+            Cia402State::OperationEnabled
+                | Cia402State::QuickStopActive
+                | Cia402State::FaultReactionActive
+        );
+        prop_assert!(powered || output.demand == Demand::Off);
+        if let Demand::Velocity(velocity) = output.demand
+            && PERIOD_US == 4000
+            && mode == Mode::CyclicVelocity
+        {
+            prop_assert!(velocity.unsigned_abs() <= 500_000);
+        }
+        if let Demand::Torque {
+            torque,
+            velocities: (slowest, fastest),
+        } = output.demand
+        {
+            prop_assert!(torque.unsigned_abs() <= 1_000);
+            prop_assert!((-500_000..=0).contains(&slowest) && (0..=500_000).contains(&fastest));
         }
     }
+    Ok(())
 }

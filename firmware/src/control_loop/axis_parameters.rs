@@ -92,7 +92,6 @@ pub(super) fn axis_parameters(values: &ObjectValues, board: &BoardParameters) ->
     let profile = &values.profile;
     let (smoothing, most) = smoothing(profile);
     Parameters {
-        period_us: PERIOD_US,
         options: options(profile),
         position_limits: Some(position_limits(values)),
         approach_gain: approach_gain(&board.control),

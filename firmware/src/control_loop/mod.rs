@@ -69,7 +69,7 @@ pub struct Loop {
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
     application: Application,
-    axis: Axis,
+    axis: Axis<PERIOD_US>,
     /// The command of this control period.
     command: Command,
     failsafe: Failsafe,

@@ -26,10 +26,7 @@ use self::{
     motor::{Demand, Sensed},
 };
 use super::{Drive, StoredParameters};
-use crate::{
-    interface::BoardState,
-    timing::{CONTROL_PERIOD_MS, periods},
-};
+use crate::{control_loop::PERIOD_US, interface::BoardState, timing::periods};
 
 pub use self::{
     line::Elapsed,
@@ -281,9 +278,6 @@ impl ServoBus {
 
 /// Control periods between two exchanges that count: more are those of the start.
 const MOST_PERIODS: u32 = periods(20) as u32;
-
-/// Length of a control period, us.
-const PERIOD_US: u32 = 1000 * CONTROL_PERIOD_MS as u32;
 
 impl Drive<'_> {
     /// Stores the registers of the servo bus; to be called repeatedly until it is ready.

@@ -5,18 +5,15 @@ use model_core::plant::drivetrain::load::LoadParameters;
 use servo_bus::tables::{sts, x};
 use servo_bus::{Answer, Field, Memory, Receiver, dynamixel, feetech};
 
-use super::Model;
 use super::dynamixel::X;
 use super::fault::OfServo;
 use super::feetech::Sts;
 use super::model::Family;
 use super::motor::{Motor, Sensed};
+use super::{Model, PERIOD_US};
 
 /// Late periods that are computed after a pause. More are skipped, as of a suspended computer.
 const MAX_LATE_PERIODS: u64 = 100;
-
-/// Length of a period, us.
-const PERIOD_US: u64 = 1000;
 
 /// The table and control of a servo.
 #[derive(Debug)]
@@ -180,7 +177,7 @@ impl Bus {
             line,
             supply_v: model.supply_v,
             supply_ohm,
-            next_us: PERIOD_US,
+            next_us: u64::from(PERIOD_US),
         })
     }
 
@@ -196,11 +193,11 @@ impl Bus {
 
     /// Computes the periods until this time.
     pub fn advance_to(&mut self, now_us: u64) {
-        let earliest = now_us.saturating_sub(MAX_LATE_PERIODS * PERIOD_US);
+        let earliest = now_us.saturating_sub(MAX_LATE_PERIODS * u64::from(PERIOD_US));
         self.next_us = self.next_us.max(earliest);
         while self.next_us <= now_us {
             self.step();
-            self.next_us += PERIOD_US;
+            self.next_us += u64::from(PERIOD_US);
         }
     }
 

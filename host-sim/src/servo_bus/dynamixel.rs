@@ -10,8 +10,8 @@ use canopen::cia402::{Limits, Ramp};
 use servo_bus::dynamixel::{self, Control, Server, Taken};
 use servo_bus::{Answer, Field, TURN, tables::x};
 
-use super::Model;
 use super::motor::{Drive, Motor};
+use super::{Model, PERIOD_US};
 
 /// PWM of the whole supply.
 const FULL_PWM: f64 = dynamixel::FULL_PWM as f64;
@@ -27,7 +27,7 @@ pub struct X {
     loop_scale: f64,
     current_unit_a: f64,
     control: Control,
-    ramp: Ramp,
+    ramp: Ramp<PERIOD_US>,
     /// Those of the trajectory to the goal, from when it was written; `None` without a profile.
     limits: Option<Limits>,
     error: i32,

@@ -10,8 +10,8 @@ use canopen::cia402::Ramp;
 use servo_bus::feetech::{Control, Server, Taken, status};
 use servo_bus::{Answer, Field};
 
-use super::Model;
 use super::motor::Motor;
+use super::{Model, PERIOD_US};
 
 /// A condition, and the periods for which it has held.
 #[derive(Debug, Default)]
@@ -34,7 +34,7 @@ pub struct Sts {
     current_unit_a: f64,
     control: Control,
     /// The trajectory to the goal.
-    ramp: Ramp,
+    ramp: Ramp<PERIOD_US>,
     error: i32,
     wheel_duty: f64,
     overload: Timer,

@@ -20,3 +20,6 @@ pub use bus::{Bus, Servo};
 pub use fault::{Fault, NoFault, OfServo};
 pub use model::{Model, NAMES, model};
 pub use server::Server;
+
+/// Length of a period, us.
+const PERIOD_US: u32 = 1000;

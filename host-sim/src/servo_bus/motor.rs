@@ -7,7 +7,7 @@ use servo_bus::{MIDDLE, TURN};
 use super::Model;
 
 /// Time of a period, s.
-pub const PERIOD_S: f64 = 1e-3;
+pub const PERIOD_S: f64 = super::PERIOD_US as f64 / 1e6;
 
 /// Temperature of the room, degC.
 const ROOM_C: f64 = 25.0;

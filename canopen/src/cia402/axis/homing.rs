@@ -4,7 +4,7 @@ use super::{Axis, Input, ModeResult};
 use crate::cia402::homing::{Goal, Phase, Resistance, Search, next_index};
 use crate::cia402::{Deceleration, Direction, HomingMethod, Limits, Parameters, Ramp};
 
-impl Axis {
+impl<const PERIOD_US: u32> Axis<PERIOD_US> {
     pub(super) fn home(&mut self, input: &mut Input, parameters: &Parameters) -> ModeResult {
         if self.homing.starts(input.controlword) {
             self.start_homing(input, parameters);
@@ -44,7 +44,7 @@ impl Axis {
     fn search(&mut self, mut search: Search, input: &mut Input, parameters: &Parameters) {
         let lag = self.ramp.position().abs_diff(input.position_actual);
         let current = input.current_actual.unsigned_abs();
-        let met = search.resistance(input.position_actual, lag, current, parameters);
+        let met = search.resistance::<PERIOD_US>(input.position_actual, lag, current, parameters);
         self.homing.phase = Phase::Searching(search);
         match (search.goal, met) {
             (Goal::Stop(direction), Resistance::None) => self.approach_stop(direction, parameters),
@@ -68,12 +68,12 @@ impl Axis {
         let limits = limits(parameters, parameters.homing.stop_velocity);
         let fastest = i32::try_from(limits.velocity).unwrap_or(i32::MAX);
         let velocity = fastest.saturating_mul(direction as i32);
-        (self.ramp).to_velocity(velocity, &limits, parameters.period_us);
+        (self.ramp).to_velocity(velocity, &limits);
     }
 
     fn approach_index(&mut self, index: i32, input: &mut Input, parameters: &Parameters) {
         let limits = limits(parameters, parameters.homing.index_velocity);
-        let ended = (self.ramp).to_position(index, &limits, parameters.period_us);
+        let ended = (self.ramp).to_position(index, &limits);
         if ended && input.position_actual.abs_diff(index) <= parameters.position_window {
             self.found(index, input, parameters);
         }

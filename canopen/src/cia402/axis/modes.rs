@@ -4,7 +4,7 @@ use super::{Axis, Input, ModeResult, Offsets, TORQUE_UNIT};
 use crate::cia402::smooth::SmoothProfile;
 use crate::cia402::{Cia402State, Deceleration, Mode, Parameters, Ramp, controlword};
 
-impl Axis {
+impl<const PERIOD_US: u32> Axis<PERIOD_US> {
     pub(super) fn run(&mut self, input: &mut Input, parameters: &Parameters) -> ModeResult {
         if self.mode != Some(input.mode) {
             self.start_mode(input);
@@ -59,7 +59,7 @@ impl Axis {
         };
         let (target, limited) = within_max_velocity(requested, parameters);
         let limits = parameters.profile(u32::MAX);
-        self.ramp.to_velocity(target, &limits, parameters.period_us);
+        self.ramp.to_velocity(target, &limits);
         ModeResult {
             limited,
             target: requested,
@@ -70,7 +70,7 @@ impl Axis {
     fn cyclic_velocity(&mut self, input: &Input, parameters: &Parameters) -> ModeResult {
         let requested = input.target_velocity.saturating_add(input.velocity_offset);
         let (target, limited) = within_max_velocity(requested, parameters);
-        self.ramp.set_velocity(target, parameters.period_us);
+        self.ramp.set_velocity(target);
         ModeResult {
             limited,
             ..ModeResult::default()
@@ -86,7 +86,7 @@ impl Axis {
         let step = match input.mode {
             Mode::ProfileTorque => {
                 // Millionths: thousandths per second times microseconds, over 1000.
-                let step = u64::from(parameters.torque_slope) * u64::from(parameters.period_us);
+                let step = u64::from(parameters.torque_slope) * u64::from(PERIOD_US);
                 i32::try_from(step / 1000).unwrap_or(i32::MAX)
             }
             _ => i32::MAX,
@@ -102,7 +102,7 @@ impl Axis {
             self.torque
         };
         let ahead = match distance_to_limit(input.position_actual, parameters, direction) {
-            Some(distance) => approach_velocity(distance, parameters).min(fastest),
+            Some(distance) => approach_velocity::<PERIOD_US>(distance, parameters).min(fastest),
             None => fastest,
         };
         // A motor that turns back approaches the other limit from then on.
@@ -135,7 +135,7 @@ impl Axis {
         let Some(distance) = distance_to_limit(input.position_actual, parameters, velocity) else {
             return false;
         };
-        let fastest = approach_velocity(distance, parameters);
+        let fastest = approach_velocity::<PERIOD_US>(distance, parameters);
         let limited = velocity.saturating_abs() > fastest;
         if limited {
             self.ramp.limit_velocity(fastest.unsigned_abs());
@@ -158,20 +158,19 @@ impl Axis {
             parameters.within_position_limits(requested)
         };
         let limits = parameters.profile(parameters.profile_velocity);
-        let period_us = parameters.period_us;
         let mut ended = if parameters.smoothing > 1 {
             let target = (target, parameters.smoothing);
             let (smooth, ramp) = (&mut self.smooth, &mut self.ramp);
-            SmoothProfile::advance(smooth, ramp, target, &limits, period_us)
+            SmoothProfile::advance(smooth, ramp, target, &limits)
         } else {
             self.smooth = None;
-            self.ramp.to_position(target, &limits, period_us)
+            self.ramp.to_position(target, &limits)
         };
         // A set-point is active until the motor has arrived, which may come to rest outside the
         // window.
         let waits = ended && self.set_points.is_active();
         let arrival_ms = (parameters.position_window_time_ms).saturating_add(ARRIVAL_MS);
-        let is_late = (self.arrival_timer).step(waits, arrival_ms, period_us);
+        let is_late = (self.arrival_timer).step::<PERIOD_US>(waits, arrival_ms);
         if waits && (self.is_reached || is_late) {
             ended = !self.set_points.has_next();
             self.set_points.reached();
@@ -202,7 +201,8 @@ impl Axis {
             Some(Mode::CyclicPosition) => {
                 let (offset, _) = within_max_velocity(wanted.velocity, parameters);
                 let distance = distance_to_limit(self.ramp.position(), parameters, offset);
-                let most = distance.map(|distance| approach_velocity(distance, parameters));
+                let most =
+                    distance.map(|distance| approach_velocity::<PERIOD_US>(distance, parameters));
                 Offsets {
                     velocity: most.map_or(offset, |most| offset.max(-most).min(most)),
                     torque,
@@ -216,16 +216,9 @@ impl Axis {
         let (target, limited) = parameters.within_position_limits(input.target_position);
         if target != self.command {
             self.command = target;
-            self.steps = parameters
-                .interpolation_us
-                .div_ceil(parameters.period_us.max(1));
+            self.steps = parameters.interpolation_us.div_ceil(PERIOD_US);
         }
-        let too_fast = self.ramp.interpolate(
-            target,
-            self.steps,
-            parameters.max_velocity,
-            parameters.period_us,
-        );
+        let too_fast = (self.ramp).interpolate(target, self.steps, parameters.max_velocity);
         self.steps = self.steps.saturating_sub(1);
         ModeResult {
             limited: limited || too_fast,
@@ -269,12 +262,12 @@ const GAIN_BITS: u32 = 10;
 
 /// The highest velocity from which the axis stops before a position limit at this distance, by
 /// deceleration and by gain. 0 beyond the limit.
-fn approach_velocity(distance: i64, parameters: &Parameters) -> i32 {
+fn approach_velocity<const PERIOD_US: u32>(distance: i64, parameters: &Parameters) -> i32 {
     let Ok(distance) = u32::try_from(distance) else {
         return 0;
     };
     let deceleration = (parameters.deceleration).min(parameters.reachable_deceleration);
-    let by_ramp = Ramp::stopping_velocity(distance, deceleration, parameters.period_us);
+    let by_ramp = Ramp::<PERIOD_US>::stopping_velocity(distance, deceleration);
     if parameters.approach_gain == 0 {
         return by_ramp;
     }

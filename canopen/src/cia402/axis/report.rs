@@ -4,7 +4,7 @@ use super::{Axis, Demand, Input, ModeResult, Output, TORQUE_UNIT};
 use crate::cia402::homing::Phase;
 use crate::cia402::{Mode, Motion, Parameters, controlword, statusword};
 
-impl Axis {
+impl<const PERIOD_US: u32> Axis<PERIOD_US> {
     pub(super) fn report(
         &mut self,
         input: &Input,
@@ -22,9 +22,7 @@ impl Axis {
         };
         let too_far = error.unsigned_abs() > parameters.following_error_window;
         let time_ms = parameters.following_error_timeout_ms;
-        let exceeded = self
-            .error_timer
-            .step(too_far, time_ms, parameters.period_us);
+        let exceeded = (self.error_timer).step::<PERIOD_US>(too_far, time_ms);
         let mut word = self.machine.state().statusword() | statusword::REMOTE;
         let mut set = |bit: u16, on: bool| word |= if on { bit } else { 0 };
         set(statusword::VOLTAGE_ENABLED, input.voltage);
@@ -68,7 +66,6 @@ impl Axis {
         motion: Motion,
         result: ModeResult,
     ) -> (bool, bool) {
-        let period_us = parameters.period_us;
         let runs = motion == Motion::Run;
         let stopped = matches!(motion, Motion::Stop(_)) && self.ramp.is_stationary();
         let zero = self.is_slow;
@@ -77,7 +74,7 @@ impl Axis {
                 let off = input.position_actual.abs_diff(result.target);
                 let near = runs && result.ended && off <= parameters.position_window;
                 let time_ms = parameters.position_window_time_ms;
-                self.is_reached = self.reached_timer.step(near, time_ms, period_us);
+                self.is_reached = self.reached_timer.step::<PERIOD_US>(near, time_ms);
                 let reached = self.is_reached || stopped;
                 (reached, runs && self.set_points.acknowledged())
             }
@@ -85,7 +82,7 @@ impl Axis {
                 let off = input.velocity_actual.abs_diff(result.target);
                 let near = runs && off <= parameters.velocity_window;
                 let time_ms = parameters.velocity_window_time_ms;
-                let reached = self.reached_timer.step(near, time_ms, period_us);
+                let reached = self.reached_timer.step::<PERIOD_US>(near, time_ms);
                 (reached || stopped, zero)
             }
             Mode::Homing => match self.homing.phase {

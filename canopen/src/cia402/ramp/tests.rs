@@ -1,7 +1,8 @@
 use super::*;
 use proptest::prelude::*;
 
-const PERIOD_US: u32 = 4000;
+/// Of a control period of 4 ms.
+type Demand = Ramp<4000>;
 
 proptest! {
     #[test]
@@ -27,7 +28,7 @@ proptest! {
 #[test]
 fn positions_are_rounded_to_the_nearest_unit_at_both_ends_too() {
     let position = |position| {
-        Ramp {
+        Demand {
             position,
             velocity: 0,
         }
@@ -37,18 +38,18 @@ fn positions_are_rounded_to_the_nearest_unit_at_both_ends_too() {
     assert_eq!(millionths.map(position), [-1, 0, 0, 0, 1]);
     for end in [i32::MIN, i32::MAX] {
         assert_eq!(position(i64::from(end) * UNIT), end);
-        assert_eq!(Ramp::moving(0, end).velocity(), end);
+        assert_eq!(Demand::moving(0, end).velocity(), end);
     }
     // The points of a smooth profile may begin beyond it.
-    let beyond = Ramp::at(0).at_fine(i64::from(i32::MAX) * UNIT + 1_200 * UNIT);
+    let beyond = Demand::at(0).at_fine(i64::from(i32::MAX) * UNIT + 1_200 * UNIT);
     assert_eq!(beyond.position(), i32::MAX);
 }
 
 #[test]
 fn any_velocity_of_32_bits_is_reached() {
-    let mut ramp = Ramp::at(0);
+    let mut ramp = Ramp::<1>::at(0);
     for velocity in [i32::MAX, -5_000_000, -i32::MAX] {
-        ramp.set_velocity(velocity, 1);
+        ramp.set_velocity(velocity);
         assert_eq!(ramp.velocity(), velocity);
     }
 }
@@ -61,21 +62,21 @@ fn a_target_a_unit_away_is_not_reached_at_once() {
         deceleration: 1000,
     };
     for target in [1, -1] {
-        assert!(!Ramp::at(0).to_position(target, &limits, PERIOD_US));
+        assert!(!Demand::at(0).to_position(target, &limits));
     }
     let reaches = |position| {
-        let mut ramp = Ramp {
+        let mut ramp = Demand {
             position,
             velocity: 0,
         };
-        ramp.to_position(1, &limits, PERIOD_US)
+        ramp.to_position(1, &limits)
     };
     // A target less than half a unit away is reached.
     assert_eq!(
         [500_000, 500_001, 1_499_999, 1_500_000].map(reaches),
         [false, true, true, false]
     );
-    assert!(Ramp::at(1).to_position(1, &limits, PERIOD_US));
+    assert!(Demand::at(1).to_position(1, &limits));
 }
 
 #[test]
@@ -98,9 +99,9 @@ fn a_trapezoidal_profile_takes_the_time_of_the_closed_form() {
         acceleration: 3_000_000,
         deceleration: 3_000_000,
     };
-    let mut ramp = Ramp::at(0);
+    let mut ramp = Demand::at(0);
     let mut periods = 0;
-    while !ramp.to_position(60_000, &limits, PERIOD_US) {
+    while !ramp.to_position(60_000, &limits) {
         periods += 1;
     }
     assert_eq!(ramp, Ramp::at(60_000));
@@ -115,10 +116,10 @@ fn velocity_ramps_use_acceleration_to_speed_up_and_deceleration_to_slow_down() {
         acceleration: 1000,
         deceleration: 2000,
     };
-    let mut ramp = Ramp::at(0);
+    let mut ramp = Ramp::<1000>::at(0);
     let mut until = |target: i32| {
         (1..).find(|_| {
-            ramp.to_velocity(target, &limits, 1000);
+            ramp.to_velocity(target, &limits);
             ramp.velocity() == target
         })
     };
@@ -135,31 +136,100 @@ fn nothing_overflows_at_the_ends_of_the_range() {
         acceleration: u32::MAX,
         deceleration: u32::MAX,
     };
-    for period_us in [0, 1, 4000, u32::MAX] {
-        let mut ramp = Ramp::at(i32::MIN);
+    fn run<const PERIOD_US: u32>(limits: &Limits) {
+        let mut ramp = Ramp::<PERIOD_US>::at(i32::MIN);
         for _ in 0..100 {
-            ramp.to_position(i32::MAX, &limits, period_us);
-            ramp.to_velocity(i32::MIN, &limits, period_us);
-            ramp.interpolate(i32::MAX, 0, u32::MAX, period_us);
-            ramp.set_velocity(i32::MIN, period_us);
-            assert!(Ramp::stopping_velocity(u32::MAX, 0, period_us) >= 0);
+            ramp.to_position(i32::MAX, limits);
+            ramp.to_velocity(i32::MIN, limits);
+            ramp.interpolate(i32::MAX, 0, u32::MAX);
+            ramp.set_velocity(i32::MIN);
+            assert!(Ramp::<PERIOD_US>::stopping_velocity(u32::MAX, 0) >= 0);
         }
     }
+    run::<1>(&limits);
+    run::<4_000>(&limits);
+    run::<1_000_000>(&limits);
+}
+
+/// Calls a function with one of these periods, us: powers of two of milliseconds, other whole
+/// milliseconds, and others.
+macro_rules! with_period {
+    ($of:expr, $function:ident($($argument:expr),*)) => {
+        match $of % 7 {
+            0 => $function::<16>($($argument),*),
+            1 => $function::<333>($($argument),*),
+            2 => $function::<1_000>($($argument),*),
+            3 => $function::<3_000>($($argument),*),
+            4 => $function::<4_000>($($argument),*),
+            5 => $function::<16_000>($($argument),*),
+            _ => $function::<19_997>($($argument),*),
+        }
+    };
+}
+
+fn braking_velocity_is_exact<const PERIOD_US: u32>(
+    distance: u64,
+    step: i64,
+) -> Result<(), TestCaseError> {
+    let travel = distance * 1000 / u64::from(PERIOD_US);
+    // The greatest k with d k (k + 1)/2 <= travel.
+    let exact = ((u128::from(travel) * 8 / step as u128 + 1).isqrt() - 1) / 2;
+    let saved = step as u128 * exact * (exact + 1) / 2;
+    let velocity = (u128::from(travel) + saved) / (exact + 1);
+    let expected = velocity.min(VELOCITY_MAX as u128) as i64;
+    prop_assert_eq!(braking_velocity::<PERIOD_US>(distance, step), expected);
+    Ok(())
+}
+
+fn stops_within<const PERIOD_US: u32>(
+    distance: u32,
+    deceleration: u32,
+) -> Result<(), TestCaseError> {
+    let velocity = Ramp::<PERIOD_US>::stopping_velocity(distance, deceleration);
+    let (v, a, t) = (
+        f64::from(velocity),
+        f64::from(deceleration),
+        f64::from(PERIOD_US) * 1e-6,
+    );
+    // The step of the velocity is a whole number of units.
+    let way = v * t + v * v / (2.0 * a);
+    prop_assert!(way <= f64::from(distance) + v * 1e-6 * t + 1.0 / a + v / a);
+    Ok(())
+}
+
+fn ends_within<const PERIOD_US: u32>(
+    (start, target): (i32, i32),
+    limits: Limits,
+) -> Result<(), TestCaseError> {
+    let mut ramp = Ramp::<PERIOD_US>::at(start);
+    let (low, high) = (start.min(target), start.max(target));
+    for period in 0.. {
+        let before = ramp.velocity;
+        if ramp.to_position(target, &limits) {
+            break;
+        }
+        prop_assert!(period < 30_000_000 / PERIOD_US * 10);
+        let faster = ramp.velocity.abs() > before.abs();
+        let rate = if faster {
+            limits.acceleration
+        } else {
+            limits.deceleration
+        };
+        prop_assert!((ramp.velocity - before).abs() <= velocity_change::<PERIOD_US>(rate));
+        prop_assert!(ramp.velocity.unsigned_abs() <= u64::from(limits.velocity) * 1000);
+        prop_assert!((low..=high).contains(&ramp.position()), "no overshoot");
+    }
+    prop_assert_eq!(ramp, Ramp::at(target));
+    Ok(())
 }
 
 proptest! {
     #[test]
     fn the_braking_velocity_is_that_of_the_exact_number_of_periods(
-        distance: u64, drop in 12..60_u32, step in 1..1_i64 << 40, short in 0..40_u32, period_us in 16..20_000_u32,
+        distance: u64, drop in 12..60_u32, step in 1..1_i64 << 40, short in 0..40_u32, period: u8,
     ) {
         let (distance, step) = (distance >> drop, (step >> short).max(1));
-        let travel = distance * 1000 / u64::from(period_us);
-        // The greatest k with d k (k + 1)/2 <= travel.
-        let exact = ((u128::from(travel) * 8 / step as u128 + 1).isqrt() - 1) / 2;
-        let saved = step as u128 * exact * (exact + 1) / 2;
-        let velocity = (u128::from(travel) + saved) / (exact + 1);
-        let expected = velocity.min(VELOCITY_MAX as u128) as i64;
-        prop_assert_eq!(braking_velocity(distance, step, period_us), expected);
+        with_period!(period, braking_velocity_is_exact(distance, step))?;
     }
 
     #[test]
@@ -171,7 +241,7 @@ proptest! {
         let rest = (share * (step * (k + 1) - 1) as f64) as u64;
         let travel = step * (k * (k + 1) / 2) + rest;
         let expected = step * k + rest / (k + 1);
-        prop_assert_eq!(braking_velocity(travel, step as i64, 1000), expected as i64);
+        prop_assert_eq!(braking_velocity::<1000>(travel, step as i64), expected as i64);
     }
 
     #[test]
@@ -183,13 +253,9 @@ proptest! {
 
     #[test]
     fn a_stop_from_the_stopping_velocity_ends_within_the_distance(
-        distance in 1..10_000_000_u32, deceleration in 1..100_000_000_u32, period_us in 100..20_000_u32,
+        distance in 1..10_000_000_u32, deceleration in 1..100_000_000_u32, period: u8,
     ) {
-        let velocity = Ramp::stopping_velocity(distance, deceleration, period_us);
-        let (v, a, t) = (f64::from(velocity), f64::from(deceleration), f64::from(period_us) * 1e-6);
-        // The step of the velocity is a whole number of units.
-        let way = v * t + v * v / (2.0 * a);
-        prop_assert!(way <= f64::from(distance) + v * 1e-6 * t + 1.0 / a + v / a);
+        with_period!(period, stops_within(distance, deceleration))?;
     }
 
     #[test]
@@ -199,23 +265,9 @@ proptest! {
         velocity in 1_000..2_000_000_u32,
         acceleration in 10_000..10_000_000_u32,
         deceleration in 10_000..10_000_000_u32,
-        period_us in 100..20_000_u32,
+        period: u8,
     ) {
         let limits = Limits { velocity, acceleration, deceleration };
-        let mut ramp = Ramp::at(start);
-        let (low, high) = (start.min(target), start.max(target));
-        for period in 0.. {
-            let before = ramp.velocity;
-            if ramp.to_position(target, &limits, period_us) {
-                break;
-            }
-            prop_assert!(period < 30_000_000 / period_us * 10);
-            let faster = ramp.velocity.abs() > before.abs();
-            let rate = if faster { acceleration } else { deceleration };
-            prop_assert!((ramp.velocity - before).abs() <= velocity_change(rate, period_us));
-            prop_assert!(ramp.velocity.unsigned_abs() <= u64::from(velocity) * 1000);
-            prop_assert!((low..=high).contains(&ramp.position()), "no overshoot");
-        }
-        prop_assert_eq!(ramp, Ramp::at(target));
+        with_period!(period, ends_within((start, target), limits))?;
     }
 }

@@ -8,7 +8,7 @@ use super::motor::{Sensed, Target};
 /// A trajectory and its end.
 #[derive(Debug)]
 pub(super) struct Trajectory {
-    ramp: Ramp,
+    ramp: Ramp<PERIOD_US>,
     /// Its end.
     pub goal: i32,
 }
@@ -41,7 +41,7 @@ impl Trajectory {
     /// permitted: a shaft that is held back with a limited torque, as a grip, is no fault.
     pub fn continue_to_goal(&mut self, limits: &Limits, sensed: &Sensed, periods: u32) -> Target {
         for _ in 0..periods {
-            self.ramp.to_position(self.goal, limits, PERIOD_US);
+            self.ramp.to_position(self.goal, limits);
         }
         if let Some(room) = sensed.room_mdeg {
             let ahead = self.position().saturating_sub(sensed.position_mdeg);
@@ -56,7 +56,7 @@ impl Trajectory {
     /// Continues for so many control periods with this velocity in the end, mdeg/s.
     pub fn continue_at(&mut self, velocity: i32, limits: &Limits, periods: u32) -> Target {
         for _ in 0..periods {
-            self.ramp.to_velocity(velocity, limits, PERIOD_US);
+            self.ramp.to_velocity(velocity, limits);
         }
         Target::Velocity(self.velocity())
     }

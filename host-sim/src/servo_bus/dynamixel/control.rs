@@ -4,10 +4,8 @@ use canopen::cia402::{Limits, Ramp};
 use servo_bus::dynamixel::{Control, mode};
 use servo_bus::tables::x;
 
-use super::super::motor::Drive;
+use super::super::{PERIOD_US, motor::Drive};
 use super::{FULL_PWM, VELOCITY_UNIT, X};
-
-const PERIOD_US: u32 = 1000;
 
 const UNLIMITED: Limits = Limits {
     velocity: u32::MAX,
@@ -42,7 +40,7 @@ impl X {
     fn position_output(&mut self) -> f64 {
         let goal = self.get(x::GOAL_POSITION);
         match self.limits {
-            Some(limits) => drop(self.ramp.to_position(goal, &limits, PERIOD_US)),
+            Some(limits) => drop(self.ramp.to_position(goal, &limits)),
             None => self.ramp = Ramp::at(goal),
         }
         let error = self.ramp.position().wrapping_sub(self.position());
@@ -62,7 +60,7 @@ impl X {
     fn velocity_duty(&mut self) -> f64 {
         let limits = self.limits.unwrap_or(UNLIMITED);
         let goal = Control::goal_velocity(&self.server.memory);
-        self.ramp.to_velocity(goal, &limits, PERIOD_US);
+        self.ramp.to_velocity(goal, &limits);
         let error = (f64::from(self.ramp.velocity()) - self.rate()) / VELOCITY_UNIT;
         let i = self.real(x::VELOCITY_I_GAIN) / 65_536.0;
         self.sum = (self.sum + i * error).clamp(-FULL_PWM, FULL_PWM);

@@ -7,8 +7,6 @@ use servo_bus::tables::sts;
 use super::super::motor::{Drive, PERIOD_S};
 use super::Sts;
 
-const PERIOD_US: u32 = 1000;
-
 /// Duty of the wheel mode per step/s, and per step, and unit of the coefficient: both make the loop
 /// of an STS3215 with the defaults of 10 and 10 settle in 0.2 s.
 const WHEEL_P: f64 = 1e-5;
@@ -47,7 +45,7 @@ impl Sts {
     /// dead zone, and at least the starting force outside of it.
     fn position_duty(&mut self) -> f64 {
         let limits = self.limits();
-        self.ramp.to_position(self.control.goal, &limits, PERIOD_US);
+        self.ramp.to_position(self.control.goal, &limits);
         let error = self.ramp.position() - self.position();
         let change = error - std::mem::replace(&mut self.error, error);
         let dead_zone = if error > 0 {
@@ -76,7 +74,7 @@ impl Sts {
             velocity: Control::greatest_speed(&self.server.memory) as u32,
             ..self.limits()
         };
-        self.ramp.to_velocity(goal, &limits, PERIOD_US);
+        self.ramp.to_velocity(goal, &limits);
         let error = f64::from(self.ramp.velocity()) - self.motor.sensed().rate;
         let gain = f64::from(self.get(sts::VELOCITY_I_COEFFICIENT)) * WHEEL_I;
         self.wheel_duty = (self.wheel_duty + gain * error * PERIOD_S).clamp(-1.0, 1.0);
