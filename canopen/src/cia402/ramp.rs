@@ -10,6 +10,8 @@
 pub(super) const UNIT: i64 = 1_000_000;
 /// Velocity increments per unit per second.
 const UNIT_PER_S: i64 = 1_000;
+/// Shortest period: a distance, at most 2^32 * 10^6, over it in ms is below 2^61.
+const PERIOD_MIN_US: u32 = 2;
 /// Longest period: |velocity| <= 2^31 * 1000, times this period, is below 2^63.
 const PERIOD_MAX_US: u32 = 1_000_000;
 
@@ -24,7 +26,7 @@ pub struct Limits {
     pub deceleration: u32,
 }
 
-/// Position demand and its velocity, advanced in periods of `PERIOD_US` microseconds, 1 to 1,000,000.
+/// Position demand and its velocity, advanced in periods of `PERIOD_US` microseconds, 2 to 1,000,000.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ramp<const PERIOD_US: u32> {
     position: i64,
@@ -32,7 +34,8 @@ pub struct Ramp<const PERIOD_US: u32> {
 }
 
 impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
-    const IS_PERIOD_IN_RANGE: () = assert!(PERIOD_US >= 1 && PERIOD_US <= PERIOD_MAX_US);
+    const IS_PERIOD_IN_RANGE: () =
+        assert!(PERIOD_US >= PERIOD_MIN_US && PERIOD_US <= PERIOD_MAX_US);
 
     /// At a position, moving with a velocity.
     #[must_use]
@@ -56,13 +59,9 @@ impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
     /// Position, rounded to whole units.
     #[must_use]
     pub const fn position(&self) -> i32 {
-        let half = if self.position < 0 {
-            -UNIT / 2
-        } else {
-            UNIT / 2
-        };
         // A position is within 2^31 units.
-        divide(self.position + half, UNIT as u32) as i32
+        let rounded = self.position.unsigned_abs() + UNIT as u64 / 2;
+        with_sign_of(self.position, divide_magnitude(rounded, UNIT as u32)) as i32
     }
 
     /// Velocity in units per second.
@@ -115,8 +114,11 @@ impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
         }
         let forward = if distance < 0 { -1 } else { 1 };
         let toward = self.velocity * forward;
-        let allowed = braking_velocity::<PERIOD_US>(distance.unsigned_abs(), deceleration_step)
-            .min(max_velocity(limits));
+        let braking = braking_velocity::<PERIOD_US>(
+            distance.unsigned_abs(),
+            deceleration_step.unsigned_abs(),
+        );
+        let allowed = braking.min(max_velocity(limits));
         let rate = if (0..=allowed).contains(&toward) {
             velocity_change::<PERIOD_US>(limits.acceleration)
         } else {
@@ -165,7 +167,7 @@ impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
 
     /// Sets the velocity and advances one period.
     pub fn set_velocity(&mut self, velocity: i32) {
-        self.move_at(i64::from(velocity) * UNIT_PER_S);
+        self.move_at(i64::from(velocity.max(-i32::MAX)) * UNIT_PER_S);
     }
 
     /// Sets the position; the velocity is unchanged.
@@ -192,11 +194,12 @@ impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
         let step = divide(step, 1_000_000).unsigned_abs();
         let product = (u64::from(deceleration) * u64::from(distance)).saturating_mul(2);
         let root = rough_square_root(step.saturating_mul(step).saturating_add(product));
-        i32::try_from(root.saturating_sub(step)).unwrap_or(i32::MAX)
+        i32::try_from(u64::from(root).saturating_sub(step)).unwrap_or(i32::MAX)
     }
 
+    /// The velocity is at most [`VELOCITY_MAX`], or one between such and the one before.
     fn move_at(&mut self, velocity: i64) {
-        self.velocity = clamp_symmetric(velocity, VELOCITY_MAX);
+        self.velocity = velocity;
         let travel = self.fine_step();
         self.position = clamp_symmetric(self.position + travel, i32::MAX as i64 * UNIT);
     }
@@ -206,12 +209,12 @@ impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
 const VELOCITY_MAX: i64 = i32::MAX as i64 * UNIT_PER_S;
 
 const fn max_velocity(limits: &Limits) -> i64 {
-    let top = limits.velocity as i64 * UNIT_PER_S;
-    if top < VELOCITY_MAX {
-        top
+    let top = if limits.velocity < i32::MAX as u32 {
+        limits.velocity
     } else {
-        VELOCITY_MAX
-    }
+        i32::MAX as u32
+    };
+    top as i64 * UNIT_PER_S
 }
 
 /// `numerator / divisor` by divisions of 32 bits; 0 if the divisor is 0. Digits of 32 bits, of
@@ -256,41 +259,48 @@ const fn half_digit(rest: u32, next: u32, divisor: u32) -> (u32, u32) {
 }
 
 /// `numerator / divisor`, rounded toward zero; 0 if the divisor is 0.
+#[inline(always)]
+pub(super) const fn divide(numerator: i64, divisor: u32) -> i64 {
+    with_sign_of(
+        numerator,
+        divide_magnitude(numerator.unsigned_abs(), divisor),
+    )
+}
+
+/// A magnitude below 2^63 with the sign of a number.
+const fn with_sign_of(number: i64, magnitude: u64) -> i64 {
+    if number < 0 {
+        (magnitude as i64).wrapping_neg()
+    } else {
+        magnitude as i64
+    }
+}
+
+/// `magnitude / divisor`; 0 if the divisor is 0.
 ///
 /// Every control period divides several times. A processor of 32 bits has no division of 64 bits:
 /// if the odd part of the divisor is below 2^16, long division with digits of 16 bits takes a third
 /// of the instructions of the compiler's routine, and the magnitude over the even part is mostly
 /// below 2^32. Inlined, since most divisors are constants.
 #[inline(always)]
-pub(super) const fn divide(numerator: i64, divisor: u32) -> i64 {
+const fn divide_magnitude(magnitude: u64, divisor: u32) -> u64 {
     let shift = divisor.trailing_zeros() % u32::BITS;
     let odd = divisor >> shift;
-    if odd == 0 {
-        return 0;
+    let shifted = magnitude >> shift;
+    if odd <= 1 {
+        return if odd == 0 { 0 } else { shifted };
     }
     if odd >= 1 << 16 {
-        let quotient = divide_long(numerator.unsigned_abs(), divisor) as i64;
-        return if numerator < 0 {
-            quotient.wrapping_neg()
-        } else {
-            quotient
-        };
+        return divide_long(magnitude, divisor);
     }
     // A remainder is below 2^16: with the next digit it is below 2^32.
-    let magnitude = numerator.unsigned_abs() >> shift;
-    let (high, low) = ((magnitude >> 32) as u32, magnitude as u32);
-    let quotient = if high == 0 {
-        (low / odd) as i64
-    } else {
-        let middle = (high % odd) << 16 | low >> 16;
-        let last = (middle % odd) << 16 | low & 0xFFFF;
-        ((high / odd) as i64) << 32 | ((middle / odd) as i64) << 16 | (last / odd) as i64
-    };
-    if numerator < 0 {
-        quotient.wrapping_neg()
-    } else {
-        quotient
+    let (high, low) = ((shifted >> 32) as u32, shifted as u32);
+    if high == 0 {
+        return (low / odd) as u64;
     }
+    let middle = (high % odd) << 16 | low >> 16;
+    let last = (middle % odd) << 16 | low & 0xFFFF;
+    ((high / odd) as u64) << 32 | ((middle / odd) as u64) << 16 | (last / odd) as u64
 }
 
 fn clamp_symmetric(value: i64, bound: i64) -> i64 {
@@ -299,7 +309,12 @@ fn clamp_symmetric(value: i64, bound: i64) -> i64 {
 
 /// Velocity change of an acceleration in one period: at most 2^32 * 10^6 / 1000.
 fn velocity_change<const PERIOD_US: u32>(acceleration: u32) -> i64 {
-    in_period::<PERIOD_US>(i64::from(acceleration)).max(1)
+    // At least 1, in 32 bits if the period is not below one millisecond.
+    if PERIOD_US >= 1000 {
+        in_period::<PERIOD_US>(i64::from(acceleration.max(1)))
+    } else {
+        in_period::<PERIOD_US>(i64::from(acceleration)).max(1)
+    }
 }
 
 /// `value` times the period in ms, rounded toward zero.
@@ -313,13 +328,18 @@ const fn in_period<const PERIOD_US: u32>(value: i64) -> i64 {
 
 /// `value`, below 2^63/1000, over the period in ms, rounded toward zero.
 const fn per_period<const PERIOD_US: u32>(value: i64) -> i64 {
-    let period_ms = PERIOD_US / 1000;
-    if !PERIOD_US.is_multiple_of(1000) {
-        divide(value * 1000, PERIOD_US)
-    } else if period_ms.is_power_of_two() {
-        value / period_ms as i64
+    with_sign_of(
+        value,
+        magnitude_per_period::<PERIOD_US>(value.unsigned_abs()),
+    )
+}
+
+/// The same of a magnitude.
+const fn magnitude_per_period<const PERIOD_US: u32>(magnitude: u64) -> u64 {
+    if PERIOD_US.is_multiple_of(1000) {
+        divide_magnitude(magnitude, PERIOD_US / 1000)
     } else {
-        divide(value, period_ms)
+        divide_magnitude(magnitude * 1000, PERIOD_US)
     }
 }
 
@@ -329,39 +349,35 @@ const fn per_period<const PERIOD_US: u32>(value: i64) -> i64 {
 /// With `d` the deceleration step, a stop from `k * d + r` travels `(k + 1)` periods at this
 /// velocity less `d * k * (k + 1) / 2`; `k` is the largest for which `d * k * (k + 1) / 2` fits.
 /// All distances are in velocity increments times one period.
-fn braking_velocity<const PERIOD_US: u32>(distance: u64, deceleration_step: i64) -> i64 {
-    // distance <= 2^32 * 10^6. Saturated at an eighth of the range for the factor 8 below.
-    let travel = per_period::<PERIOD_US>(distance as i64).unsigned_abs();
-    let travel = travel.min(u64::MAX / 8);
-    let deceleration_step = deceleration_step.unsigned_abs().max(1);
-    // deceleration_step * k * (k + 1) / 2 <= travel < 2^61.
-    let saved = |k: u64| deceleration_step * (k * (k + 1) / 2);
+fn braking_velocity<const PERIOD_US: u32>(distance: u64, deceleration_step: u64) -> i64 {
+    // Below 2^61.
+    let travel = magnitude_per_period::<PERIOD_US>(distance);
+    // deceleration_step * k * (k + 1) / 2 <= travel.
+    let saved = |k: u32| deceleration_step * (u64::from(k) * u64::from(k + 1) / 2);
     // The compiler's division of 64 bits by 64 takes three times as long as that by 32.
     let ratio = match u32::try_from(deceleration_step) {
         Ok(step) => divide_long(travel * 8, step),
         Err(_) => (travel * 8).checked_div(deceleration_step).unwrap_or(0),
     };
-    let ratio = ratio.saturating_add(1);
-    let mut k = (rough_square_root(ratio) - 1) / 2;
+    let mut k = (rough_square_root(ratio + 1) - 1) / 2;
     // The root is low by its 2^-15 at most: by n <= (k + 1)/2^15 here, by none for a smaller k.
     if k >= 1 << 14 {
         let left = travel.saturating_sub(saved(k));
-        k += left.checked_div(deceleration_step * (k + 1)).unwrap_or(0);
+        let step = deceleration_step * u64::from(k + 1);
+        k += left.checked_div(step).unwrap_or(0) as u32;
         // What n further periods save, n (k + 1) + n (n - 1)/2 steps, is taken for its first term.
         // The second, divided by k^2, bounds the velocity error: below
         // deceleration_step/2^31, and with n >= 2, k + 1 >= 2^16 below half an increment.
     }
-    // Both terms are below 2^62, and k + 1 fits into 32 bits.
-    let numerator = travel + saved(k);
-    let velocity = divide_long(numerator, (k + 1) as u32);
-    velocity.min(VELOCITY_MAX as u64) as i64
+    // Both terms are below 2^61.
+    divide_magnitude(travel + saved(k), k + 1) as i64
 }
 
 /// The square root of a value, at most 2^-15 of it too low: that of its upper 31 or 32 bits.
-fn rough_square_root(value: u64) -> u64 {
+fn rough_square_root(value: u64) -> u32 {
     let excess = (u64::BITS - value.leading_zeros()).saturating_sub(u32::BITS);
     let shift = excess.next_multiple_of(2);
-    u64::from(square_root((value >> shift) as u32)) << (shift / 2)
+    square_root((value >> shift) as u32) << (shift / 2)
 }
 
 /// The square root, rounded down, by Newton's method: a division of 32 bits is one instruction.
