@@ -4,7 +4,7 @@ use canopen::cia402::{Limits, Ramp};
 use servo_bus::dynamixel::{Control, mode};
 use servo_bus::tables::x;
 
-use super::super::{PERIOD_US, motor::Drive};
+use super::super::motor::Drive;
 use super::{FULL_PWM, VELOCITY_UNIT, X};
 
 const UNLIMITED: Limits = Limits {
