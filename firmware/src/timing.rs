@@ -39,7 +39,8 @@ pub const fn periods(time_ms: i32) -> u16 {
     }
 }
 
-/// The angle nearest to this number of thousandths of a degree.
+/// The angle nearest to this number of thousandths of a degree, beyond 44,000 deg a step of 2^-32
+/// beside it.
 ///
 /// ```
 /// use firmware::timing::angle_of_mdeg;
@@ -50,7 +51,8 @@ pub const fn angle_of_mdeg(angle_mdeg: i32) -> Angle {
     Angle::from_bits(bits_of_thousandths(angle_mdeg))
 }
 
-/// The rate nearest to this number of thousandths of a degree per second.
+/// The rate nearest to this number of thousandths of a degree per second, beyond 44,000 deg/s a step
+/// of 2^-32 beside it.
 ///
 /// ```
 /// use firmware::timing::rate_of_mdeg_s;
@@ -61,7 +63,7 @@ pub const fn rate_of_mdeg_s(rate_mdeg_s: i32) -> Rate {
     Rate::from_bits(bits_of_thousandths(rate_mdeg_s))
 }
 
-/// Steps of 2^-32 nearest to this number of thousandths.
+/// Steps of 2^-32 nearest to this number of thousandths, beyond 44,000,000 at most one beside it.
 #[inline(never)]
 const fn bits_of_thousandths(thousandths: i32) -> i64 {
     // 2^32/1000 = 4,294,967.296, whose fraction is in steps of 2^-32. It is off by 0.4 of them: of
@@ -138,7 +140,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn every_command_in_thousandths_is_the_nearest_angle_and_comes_back(
+        fn every_command_in_thousandths_is_within_a_step_of_the_exact_angle_and_comes_back(
             mdeg in -2_097_151_000i32..2_097_151_000
         ) {
             let angle = angle_of_mdeg(mdeg);

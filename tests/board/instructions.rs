@@ -93,7 +93,7 @@ fn worst<S>(finished: &Finished<S>, is_counted: impl Fn(u64) -> bool) -> u64 {
 }
 
 /// Instructions of the loop in a control period, at most: both copies and the comparison, PWM edges
-/// and sampling instants; 47 us of the 4 ms at 168 MHz.
+/// and sampling instants; 46 us of the 4 ms at 168 MHz.
 const MOST_INSTRUCTIONS: u64 = 7_750;
 
 /// Instructions of control step and comparison.

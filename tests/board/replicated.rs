@@ -3,9 +3,11 @@
 use std::ops::Range;
 
 use board_tests::flips::in_first_copy;
-use board_tests::frames::faults;
-use board_tests::program::firmware;
+use board_tests::frames::{faults, statuswords};
+use board_tests::program::{firmware, run_master};
+use virtual_board::faults::{Fault, MemoryLocation, Planned, Trigger};
 use virtual_board::plant::Bridge;
+use virtual_board::run::Options;
 use virtual_board::trace::Row;
 
 use crate::disturbed::{DATA_CORRUPT, DURATION_MS, Flip, STEP, frames, is_detected, motion, run};
@@ -66,6 +68,43 @@ fn a_flip_in_a_posted_message_is_detected_or_without_effect() {
         "process_frames",
         2 * STEP,
     );
+}
+
+#[test]
+fn process_data_stay_away_20_ms_after_the_last_valid_outputs_of_the_loop_and_return() {
+    // Entries of the communication, two in a control period.
+    const FLIPS: Range<u64> = 400..440;
+    let outputs = variable("init_outputs");
+    let half = (outputs.end - outputs.start) / 2;
+    // One of the two memories for outputs is the mailbox, the other the reader's.
+    let places = [half / 2, half + half / 2].map(|offset| (outputs.start + offset) & !3);
+    let flips = FLIPS.flat_map(|hit| {
+        places.map(|address| Planned {
+            trigger: Trigger::Symbol {
+                name: "UART7".into(),
+                hit,
+            },
+            for_ns: None,
+            fault: Fault::FlipRam {
+                place: MemoryLocation::Address(address),
+                bit: 0,
+            },
+        })
+    });
+    let options = Options {
+        faults: flips.collect(),
+        ..Options::for_ms(DURATION_MS + 200)
+    };
+    let finished = run_master(options, frames);
+    assert_eq!(faults(&finished), []);
+    let times_ns: Vec<u64> = statuswords(&finished).iter().map(|it| it.0).collect();
+    let gaps = times_ns.windows(2).map(|pair| pair[1] - pair[0]);
+    let gaps_ms: Vec<u64> = gaps
+        .map(|gap| gap / 1_000_000)
+        .filter(|ms| *ms > 25)
+        .collect();
+    // Of the 80 ms of the flips all but the first 20, and the interval of the process data.
+    assert!(matches!(gaps_ms[..], [60..=68]), "{gaps_ms:?}");
 }
 
 #[test]

@@ -129,7 +129,7 @@ pub struct Output {
     pub following_error_exceeded: bool,
 }
 
-/// One axis, with a control period of `PERIOD_US` microseconds, 2 to 1,000,000.
+/// One axis, with a control period of `PERIOD_US` microseconds, 2 to 65,535.
 ///
 /// A mode starts when operation is enabled, after a quick stop and with each change of 6060h. It
 /// starts at the actual position and holds it: a target acts once it has been written in a later

@@ -12,21 +12,27 @@ pub(super) const UNIT: i64 = 1_000_000;
 const UNIT_PER_S: i64 = 1_000;
 /// Shortest period: a distance, at most 2^32 * 10^6, over it in ms is below 2^61.
 const PERIOD_MIN_US: u32 = 2;
-/// Longest period: |velocity| <= 2^31 * 1000, times this period, is below 2^63.
-const PERIOD_MAX_US: u32 = 1_000_000;
+/// Longest period: the way in it, |velocity| <= 2^31 * 1000 times the period in ms, is below 2^47,
+/// for 16 fractional bits.
+const PERIOD_MAX_US: u32 = 65_535;
+
+/// Fails to compile for a period out of range.
+const fn assert_range(period_us: u32) {
+    assert!(period_us >= PERIOD_MIN_US && period_us <= PERIOD_MAX_US);
+}
 
 /// Limits of a motion profile.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Velocity in units per second.
     pub velocity: u32,
-    /// Acceleration in units per second squared; 0 means the smallest representable one.
+    /// Acceleration in units per second squared; 0 counts as 1.
     pub acceleration: u32,
-    /// Deceleration in units per second squared; 0 means the smallest representable one.
+    /// Deceleration in units per second squared; 0 counts as 1.
     pub deceleration: u32,
 }
 
-/// Position demand and its velocity, advanced in periods of `PERIOD_US` microseconds, 2 to 1,000,000.
+/// Position demand and its velocity, advanced in periods of `PERIOD_US` microseconds, 2 to 65,535.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ramp<const PERIOD_US: u32> {
     position: i64,
@@ -34,9 +40,6 @@ pub struct Ramp<const PERIOD_US: u32> {
 }
 
 impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
-    const IS_PERIOD_IN_RANGE: () =
-        assert!(PERIOD_US >= PERIOD_MIN_US && PERIOD_US <= PERIOD_MAX_US);
-
     /// At a position, moving with a velocity.
     #[must_use]
     pub const fn moving(position: i32, velocity: i32) -> Self {
@@ -49,7 +52,6 @@ impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
     /// At rest at a position.
     #[must_use]
     pub const fn at(position: i32) -> Self {
-        let () = Self::IS_PERIOD_IN_RANGE;
         Self {
             position: position as i64 * UNIT,
             velocity: 0,
@@ -189,6 +191,7 @@ impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
     /// decelerate a period later: `v T + v^2/(2 a) = d`. At most 2^-15 of it too low.
     #[must_use]
     pub fn stopping_velocity(distance: u32, deceleration: u32) -> i32 {
+        const { assert_range(PERIOD_US) };
         let step = i64::from(deceleration) * i64::from(PERIOD_US);
         // At most 2^32: its square saturates.
         let step = divide(step, 1_000_000).unsigned_abs();
@@ -197,7 +200,7 @@ impl<const PERIOD_US: u32> Ramp<PERIOD_US> {
         i32::try_from(u64::from(root).saturating_sub(step)).unwrap_or(i32::MAX)
     }
 
-    /// The velocity is at most [`VELOCITY_MAX`], or one between such and the one before.
+    /// Continues with this velocity, at most 2^31 units per second, for one period.
     fn move_at(&mut self, velocity: i64) {
         self.velocity = velocity;
         let travel = self.fine_step();
@@ -307,18 +310,15 @@ fn clamp_symmetric(value: i64, bound: i64) -> i64 {
     value.max(-bound).min(bound)
 }
 
-/// Velocity change of an acceleration in one period: at most 2^32 * 10^6 / 1000.
+/// Velocity change of an acceleration in one period: at least 1, at most 2^32 * 65.
 fn velocity_change<const PERIOD_US: u32>(acceleration: u32) -> i64 {
-    // At least 1, in 32 bits if the period is not below one millisecond.
-    if PERIOD_US >= 1000 {
-        in_period::<PERIOD_US>(i64::from(acceleration.max(1)))
-    } else {
-        in_period::<PERIOD_US>(i64::from(acceleration)).max(1)
-    }
+    // Both bounds: from 1 ms on the second is none, and takes no instruction.
+    in_period::<PERIOD_US>(i64::from(acceleration.max(1))).max(1)
 }
 
 /// `value` times the period in ms, rounded toward zero.
 const fn in_period<const PERIOD_US: u32>(value: i64) -> i64 {
+    const { assert_range(PERIOD_US) };
     if PERIOD_US.is_multiple_of(1000) {
         value * (PERIOD_US / 1000) as i64
     } else {
@@ -336,6 +336,7 @@ const fn per_period<const PERIOD_US: u32>(value: i64) -> i64 {
 
 /// The same of a magnitude.
 const fn magnitude_per_period<const PERIOD_US: u32>(magnitude: u64) -> u64 {
+    const { assert_range(PERIOD_US) };
     if PERIOD_US.is_multiple_of(1000) {
         divide_magnitude(magnitude, PERIOD_US / 1000)
     } else {

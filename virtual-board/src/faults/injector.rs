@@ -1,5 +1,7 @@
 //! Executes a fault plan: start and end of its faults.
 
+use std::collections::BTreeSet;
+
 use super::{Fault, Planned, Trigger};
 
 /// An active fault.
@@ -39,14 +41,16 @@ impl Injector {
         self.pending.push(planned);
     }
 
-    /// Functions at whose entry a fault starts.
-    pub fn symbols(&self) -> impl Iterator<Item = &str> {
-        self.pending
+    /// Functions at whose entries faults start, each once.
+    pub fn symbols(&self) -> BTreeSet<&str> {
+        let names = self
+            .pending
             .iter()
             .filter_map(|planned| match &planned.trigger {
                 Trigger::Symbol { name, .. } => Some(name.as_str()),
                 _ => None,
-            })
+            });
+        names.collect()
     }
 
     /// Time of the next start or end of a fault, ns.

@@ -148,7 +148,24 @@ fn nothing_overflows_at_the_ends_of_the_range() {
     }
     run::<2>(&limits);
     run::<4_000>(&limits);
-    run::<1_000_000>(&limits);
+    run::<65_535>(&limits);
+}
+
+#[test]
+fn an_acceleration_of_0_counts_as_1() {
+    assert_eq!([0, 1, 2].map(velocity_change::<4_000>), [4, 4, 8]);
+    assert_eq!([0, 1, 7].map(velocity_change::<333>), [1, 1, 2]);
+}
+
+#[test]
+fn the_braking_velocity_is_exact_at_the_ends_of_its_range() {
+    let longest = u64::from(u32::MAX) * UNIT as u64;
+    for step in [1, u64::from(u32::MAX), u64::from(u32::MAX) * 65] {
+        braking_velocity_is_exact::<2>(longest, step).unwrap();
+        braking_velocity_is_exact::<65_535>(longest, step).unwrap();
+    }
+    // A step of more than 32 bits in a short period.
+    braking_velocity_is_exact::<80>(2_430_607_891_616, 78_536_544_832).unwrap();
 }
 
 /// Calls a function with one of these periods, us: powers of two of milliseconds, other whole

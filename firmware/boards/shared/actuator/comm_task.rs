@@ -10,6 +10,7 @@ use firmware::{
     check_value::Checked,
     control_loop::Commands,
     drive::{Device, ServoBus, StoredParameters},
+    timing::{COMMUNICATION_PERIODS, periods},
 };
 
 use super::{
@@ -23,6 +24,9 @@ use crate::peripherals::Acceptance;
 /// Length of the capture buffer, words: 22 s of eight signals at 250 Hz. An image that is
 /// downloaded lies there until it is staged.
 pub const CAPTURE_WORDS: usize = 44 * 1024;
+
+/// Communication cycles without outputs of the loop after which what the node knows is old, 20 ms.
+const OLD_CYCLES: usize = COMMUNICATION_PERIODS.len() * periods(20) as usize;
 
 /// NMT state and node-ID, with CANopen or with DroneCAN.
 type Identity = (NmtState, Option<NodeId>, Option<u8>);
@@ -40,6 +44,8 @@ pub struct CommTask {
     accepted_ids: AcceptedIds,
     /// That with which they were determined.
     identity: Identity,
+    /// Cycles since the last valid outputs of the loop.
+    cycles_without_outputs: usize,
     /// Number of the update period of the last cycle, and its time, us.
     last_cycle: (u32, u64),
     /// Cycles in which process data has waited without a frame leaving the board, and the number of
@@ -69,6 +75,7 @@ impl CommTask {
             acceptance,
             accepted_ids,
             identity: (NmtState::Initialising, None, None),
+            cycles_without_outputs: 0,
             last_cycle: (0, 0),
             waited: (0, 0),
             has_backlog: false,
@@ -89,7 +96,9 @@ impl CommTask {
     ) -> bool {
         let outputs = self.reader.take(telemetry);
         let has_outputs = outputs.is_some();
+        self.cycles_without_outputs = self.cycles_without_outputs.saturating_add(1);
         if let Some(outputs) = outputs {
+            self.cycles_without_outputs = 0;
             self.device.observe(outputs);
             self.update_diagnostics();
         }
@@ -166,15 +175,21 @@ impl CommTask {
     /// Queues as many frames as there is room for; the others remain in the node. An EMCY goes
     /// before all process data: if some waits since an earlier cycle it is discarded, also from the
     /// mailboxes, and sampled again. Process data of this cycle is not: a reply to SYNC would be
-    /// lost.
+    /// lost. Process data that would report an old state, and frames of DroneCAN, are discarded:
+    /// their master detects that they stay away.
     fn queue_frames(&mut self) {
+        let is_old = self.cycles_without_outputs > OLD_CYCLES;
         while self.queues.to_transmit.ready()
             && self.queues.process_data.ready()
             && let Some(frame) = self.device.transmit::<CanFrame>()
         {
             let node = self.device.node();
+            let is_process_data = node.is_process_data(frame.id());
+            if is_old && (is_process_data || self.device.dronecan().is_some()) {
+                continue;
+            }
             // There is room.
-            let _ = if node.is_process_data(frame.id()) {
+            let _ = if is_process_data {
                 self.queues.process_data.enqueue(frame)
             } else {
                 if node.is_emergency(frame.id()) && self.has_backlog {
