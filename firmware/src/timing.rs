@@ -69,7 +69,7 @@ const fn bits_of_thousandths(thousandths: i32) -> i64 {
     // 2^32/1000 = 4,294,967.296, whose fraction is in steps of 2^-32. It is off by 0.4 of them: of
     // a result by 4e-5 up to 360,000 thousandths, by 0.2 at the ends of the range.
     const WHOLE: i64 = (1 << 32) / 1000;
-    const FRACTION: i64 = (((1 << 32) % 1000 << 32) + 500) / 1000;
+    const FRACTION: i64 = ((((1 << 32) % 1000) << 32) + 500) / 1000;
     let thousandths = thousandths as i64;
     thousandths * WHOLE + ((thousandths * FRACTION + (1 << 31)) >> 32)
 }
@@ -147,7 +147,7 @@ mod tests {
             let exact = i128::from(mdeg) << 32;
             let apart = (i128::from(angle.to_bits()) * 1000 - exact).abs();
             // Half a step, and the error of the fraction, in thousandths of a step.
-            prop_assert!(apart <= 501 + (i128::from(mdeg.abs()) * 384 >> 32));
+            prop_assert!(apart <= 501 + ((i128::from(mdeg.abs()) * 384) >> 32));
             prop_assert_eq!(thousandths(angle), mdeg);
         }
 
