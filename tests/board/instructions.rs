@@ -251,9 +251,12 @@ const WITH_A_STOP: u64 = 8_050;
 /// The same with everything on.
 const WITH_EVERYTHING: u64 = 9_000;
 
+/// Index, sub-index, value and bytes of an object.
+type Object = (u16, u8, u32, u8);
+
 /// Objects that are 0 by default: feed-forward of velocity and model, the dead band, the observer
 /// of the rate, offsets of velocity and torque, polarity, jerk-limited profiles.
-const EVERYTHING: [(u16, u8, u32, u8); 8] = [
+const EVERYTHING: [Object; 8] = [
     (0x2013, 1, 1_000, 2),
     (0x2013, 2, 1_000, 2),
     (0x2013, 3, 132, 2),
@@ -265,9 +268,9 @@ const EVERYTHING: [(u16, u8, u32, u8); 8] = [
 ];
 
 /// Each mode of operation for a second: set-points and points to and fro, velocities and torques
-/// into both position limits, and changes of mode while the shaft turns. With everything on there
-/// are all of [`EVERYTHING`] too.
-fn modes(tick: u64, has_all: bool) -> Vec<Frame> {
+/// into both position limits, and changes of mode while the shaft turns. These objects are written
+/// before.
+fn modes(tick: u64, objects: &[Object]) -> Vec<Frame> {
     let since = tick.saturating_sub(100);
     let code = MODES[(since / 250) as usize % MODES.len()];
     let sign = if (since / 100).is_multiple_of(2) {
@@ -283,9 +286,10 @@ fn modes(tick: u64, has_all: bool) -> Vec<Frame> {
     };
     let torque = (sign as i16 * 200) as u16;
     match tick {
-        8..=15 if has_all => {
-            let (index, sub, value, size) = EVERYTHING[tick as usize - 8];
-            vec![write(index, sub, value, size)]
+        8..=15 => {
+            let object = objects.get(tick as usize - 8);
+            let frame = |&(index, sub, value, size)| write(index, sub, value, size);
+            object.map(frame).into_iter().collect()
         }
         100.. if tick % 10 == 2 => vec![write(0x6071, 0, torque.into(), 2)],
         100.. if tick % 10 == 7 => vec![write(0x60C1, 1, (sign * 40_000) as u32, 4)],
@@ -299,39 +303,67 @@ fn modes(tick: u64, has_all: bool) -> Vec<Frame> {
     }
 }
 
+/// Most instructions of control step and comparison, and of the loop, in each mode.
+fn most_in_modes(objects: &'static [Object]) -> Vec<(u8, u64, u64)> {
+    let options = Options {
+        probes: of_the_loop(),
+        ..Options::for_ms(4 * (100 + MODES.len() as u64 * 250))
+    };
+    let finished = run_master(options, move |tick| modes(tick, objects));
+    let (_, last) = *statuswords(&finished).last().expect("the board reports");
+    assert!(is_operation_enabled(last), "{last:04x}");
+    assert_eq!(faults(&finished), []);
+    let aborts = responses(&finished).into_iter().filter(|it| it[0] == 0x80);
+    assert_eq!(aborts.count(), 0);
+    let most = |(mode, from): (u8, u64)| {
+        // The control period in which the mode changes belongs to the one before.
+        let running = (from + 1) * 4_000_000..(from + 251) * 4_000_000;
+        let is_counted = |at_ns| running.contains(&at_ns);
+        let both = worst_of(&finished, &copies(), is_counted);
+        (mode, both, worst(&finished, is_counted))
+    };
+    MODES
+        .into_iter()
+        .zip((100..).step_by(250))
+        .map(most)
+        .collect()
+}
+
 #[test]
 fn no_mode_of_operation_takes_the_loop_beyond_its_limit() {
     let mut wrong = false;
-    for has_all in [false, true] {
-        let options = Options {
-            probes: of_the_loop(),
-            ..Options::for_ms(4 * (100 + MODES.len() as u64 * 250))
-        };
-        let finished = run_master(options, move |tick| modes(tick, has_all));
-        let (_, last) = *statuswords(&finished).last().expect("the board reports");
-        assert!(is_operation_enabled(last), "{last:04x}");
-        assert_eq!(faults(&finished), []);
-        let aborts = responses(&finished).into_iter().filter(|it| it[0] == 0x80);
-        assert_eq!(aborts.count(), 0);
-        for (mode, from) in MODES.into_iter().zip((100..).step_by(250)) {
-            // The control period in which the mode changes belongs to the one before.
-            let running = (from + 1) * 4_000_000..(from + 251) * 4_000_000;
-            let is_counted = |at_ns| running.contains(&at_ns);
-            let both = worst_of(&finished, &copies(), is_counted);
-            let tick = worst(&finished, is_counted);
+    for (objects, limit) in [(&[][..], WITH_A_STOP), (&EVERYTHING, WITH_EVERYTHING)] {
+        for (mode, both, of_the_loop) in most_in_modes(objects) {
             println!(
-                "mode {mode}, everything {has_all}: control step and comparison {both}, loop {tick}"
+                "mode {mode}, {} options: control step and comparison {both}, loop {of_the_loop}",
+                objects.len()
             );
-            let limit = if has_all {
-                WITH_EVERYTHING
-            } else {
-                WITH_A_STOP
-            };
             wrong |= !(2_000..limit).contains(&both);
-            wrong |= tick - both > MOST_INSTRUCTIONS - MOST_IN_BOTH_COPIES;
+            wrong |= of_the_loop - both > MOST_INSTRUCTIONS - MOST_IN_BOTH_COPIES;
         }
     }
     assert!(!wrong);
+}
+
+/// Instructions that an option alone adds to control step and comparison, at most: those of an
+/// offset of the torque in cyclic position mode.
+const MOST_OF_AN_OPTION: u64 = 650;
+
+#[test]
+fn no_option_of_the_loop_alone_takes_more_instructions_than_its_limit() {
+    let without = most_in_modes(&[]);
+    for option in EVERYTHING.chunks(1) {
+        let added = most_in_modes(option).into_iter().zip(&without);
+        let added: Vec<u64> = added
+            .map(|(with, without)| with.1.saturating_sub(without.1))
+            .collect();
+        let most = added.iter().copied().max().unwrap_or(0);
+        println!(
+            "{:04X}h:{}: {most} at most, by mode {added:?}",
+            option[0].0, option[0].1
+        );
+        assert!(most < MOST_OF_AN_OPTION, "{most}");
+    }
 }
 
 #[test]

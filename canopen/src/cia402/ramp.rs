@@ -312,7 +312,7 @@ fn clamp_symmetric(value: i64, bound: i64) -> i64 {
 
 /// Velocity change of an acceleration in one period: at least 1, at most 2^32 * 65.
 fn velocity_change<const PERIOD_US: u32>(acceleration: u32) -> i64 {
-    // Both bounds: from 1 ms on the second is none, and takes no instruction.
+    // Bounded twice: from 1 ms on the second bound has no effect and takes no instruction.
     in_period::<PERIOD_US>(i64::from(acceleration.max(1))).max(1)
 }
 

@@ -19,7 +19,7 @@ use host_sim::file;
 
 /// Checks the wiring of an actuator, measures its motor, and saves the parameters with the range
 ///
-/// The shaft moves for less than four minutes, and before that to its stops where --range is not
+/// The shaft moves for less than two minutes, and before that to its stops where --range is not
 /// given. Pulses of growing torque show the senses of motor, encoder and current, and give the
 /// resistance; within a --range of 300 deg and more, runs over it give the error of the encoder
 /// once and twice a turn; runs at constant rate in both directions within --range give the torque

@@ -94,9 +94,10 @@ pub fn baseline(
     client.write(friction, "0")?;
     client.pause(CHANGE)?;
     client.enable(1)?;
-    // The friction is comparable with that of the same motions only: those of the axis, within the
-    // limit of the rate.
-    let rate_mdeg_s = client.integer("6081")?.min(limits.rate_mdeg_s.into());
+    // The friction is comparable with that of the same motions only: those of the axis, whose rate
+    // exceeds that of the profile by up to a third, within the limit of the rate.
+    let limit_mdeg_s = i64::from(limits.rate_mdeg_s) * 3 / 4;
+    let rate_mdeg_s = client.integer("6081")?.min(limit_mdeg_s);
     client.write("6081", &rate_mdeg_s.to_string())?;
     let centre_mdeg = low.midpoint(high);
     let half_mdeg = ((f64::from(high - low) / 2.0 * SHARE) as i32).min(HALF_WAY_MDEG);

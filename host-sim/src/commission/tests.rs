@@ -227,6 +227,32 @@ fn only_the_write_changes_what_the_actuator_keeps() {
         assert_eq!(stored, (value as f32).to_string(), "{object}");
     }
     assert_eq!(client.integer("607D:2").expect("a limit"), 45_000);
+    // The date of the configuration, days since 1984, of a test that runs after 2026-01-01.
+    assert!(client.integer("1020:1").expect("a date") >= 15_341);
+}
+
+#[test]
+fn the_shaft_moves_for_less_than_two_minutes_and_not_beyond_the_rate_that_was_set() {
+    for (seed, half_deg) in [(0, 45), (1, 45), (2, 160)] {
+        let mut options = secret(seed);
+        options.drivetrain.gear_train.hard_stop_deg = 170.0;
+        let (mut client, moved) = bench::observed_client(&options, half_deg.into());
+        let limits = Limits {
+            range_mdeg: Some((-1000 * half_deg, 1000 * half_deg)),
+            ..LIMITS
+        };
+        let kept = Kept::of(&mut client).expect("values");
+        find(&mut client, &limits, (&kept, true), |_| {}).expect("a good bench");
+        let moved = moved.lock().expect("no other thread");
+        println!("bench {seed}: {moved:?}");
+        assert!(moved.moving_s < 120.0, "bench {seed}: {moved:?}");
+        // In single control periods the elastic gears and the ripple of the motor add up to 6 %.
+        let limit_deg_s = f64::from(limits.rate_mdeg_s) * 1e-3;
+        assert!(
+            moved.greatest_deg_s < 1.08 * limit_deg_s,
+            "bench {seed}: {moved:?}"
+        );
+    }
 }
 
 #[test]
@@ -235,7 +261,7 @@ fn the_baseline_is_that_of_later_moves_and_stays_where_these_do_not_show_it() {
     let (mut with_supply, mut kept_before) = (0, 0);
     for seed in 0..5 {
         let mut client = client(&secret(seed), Defects::default());
-        client.write("6081", "120000").expect("in range");
+        client.write("6081", "90000").expect("in range");
         for (object, value) in BEFORE {
             client.write(object, &value.to_string()).expect("in range");
         }

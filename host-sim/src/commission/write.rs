@@ -1,5 +1,7 @@
 //! The last step: range and model are written and saved as one set.
 
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
 use super::baseline::BASELINE;
 use super::encoder;
 use super::tuning;
@@ -55,6 +57,16 @@ impl Kept {
     }
 }
 
+/// A time as days since 1984-01-01 and milliseconds of the day (CiA 301, TIME_OF_DAY); 0 before.
+fn time_of_day(time: SystemTime) -> (u64, u64) {
+    /// From 1970-01-01: 14 years, three of them with a leap day.
+    const ORIGIN: Duration = Duration::from_secs((14 * 365 + 3) * DAY_S);
+    const DAY_S: u64 = 86_400;
+    let since = time.duration_since(UNIX_EPOCH + ORIGIN).unwrap_or_default();
+    let ms = since.as_secs() % DAY_S * 1000 + u64::from(since.subsec_millis());
+    (since.as_secs() / DAY_S, ms)
+}
+
 /// Writes 607Dh.
 pub(super) fn write_range(client: &mut Client, (low, high): (i64, i64)) -> Result<(), ClientError> {
     // Each write must leave the lower limit below the upper one.
@@ -63,8 +75,8 @@ pub(super) fn write_range(client: &mut Client, (low, high): (i64, i64)) -> Resul
     client.write("607D:1", &low.to_string())
 }
 
-/// Writes the range and what was found, and saves them. The flash has the old set until the
-/// save.
+/// Writes the range, what was found, and the date of the configuration, 1020h, and saves them. The
+/// flash has the old set until the save.
 ///
 /// # Errors
 /// [`CommissionError`].
@@ -74,9 +86,26 @@ pub fn write(client: &mut Client, findings: &Findings) -> Result<(), CommissionE
     for (object, value) in findings.objects() {
         client.write(object, &value.to_string())?;
     }
+    // After the others: a change of the configuration clears it.
+    let (days, ms) = time_of_day(SystemTime::now());
+    client.write("1020:1", &days.to_string())?;
+    client.write("1020:2", &ms.to_string())?;
     let saved = client.sdo().download(0x1010, 1, b"save");
     saved.map_err(|source: SdoError| {
         let name = "1010h:01".into();
         ClientError::Object { name, source }.into()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_time_is_days_since_1984_and_milliseconds_of_the_day() {
+        // 2000-01-01 00:00:01.500 UTC: 16 years, four of them with a leap day.
+        let time = UNIX_EPOCH + Duration::from_millis(946_684_801_500);
+        assert_eq!(time_of_day(time), (16 * 365 + 4, 1_500));
+        assert_eq!(time_of_day(UNIX_EPOCH), (0, 0));
+    }
 }

@@ -7,7 +7,7 @@ mod drive;
 mod margin;
 mod page;
 
-use core::f64::consts::TAU;
+use core::f64::consts::{PI, TAU};
 use std::fs;
 use std::path::PathBuf;
 
@@ -20,6 +20,7 @@ use host_sim::plot::{Figure, Panel, Series, svg};
 use model_core::control::cascade::Coefficients;
 use model_core::control::parameters::ControlParameters;
 use model_core::plant::board::BoardPlantOptions;
+use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::time::{CONTROL_PERIOD_S as PERIOD_S, CONTROL_RATE_HZ};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -34,6 +35,9 @@ struct Options {
     #[arg(long, value_name = "DIR", default_value = "docs")]
     out: PathBuf,
 }
+
+/// Voltage of the source where no other is named, V.
+const SOURCE_V: f64 = 6.0;
 
 /// Drives of each figure.
 const SEEDS: u64 = 10;
@@ -278,9 +282,38 @@ fn bandwidth_hz(setup: &Setup, amplitude_deg: f64) -> f64 {
     above.next().unwrap_or(f64::NAN)
 }
 
-/// Changes of the duty's sign in a second, and greatest motion, deg, of shafts that rest under a
-/// torque.
-fn rest(setup: &Setup, torque_nm: f64) -> (f64, f64) {
+/// The least amplitude of the angle over that of a sine, at -3 dB, is that of a bridge that only
+/// accelerates with the torque at standstill: the sine in its square wave is 4/pi of it. Hz; without
+/// friction and back-EMF, which lower it.
+fn bound_hz(amplitude_deg: f64) -> f64 {
+    let DrivetrainParameters {
+        electrical,
+        gear_train,
+        ..
+    } = BoardPlantOptions::realistic(0).drivetrain;
+    let ratio = gear_train.gear_ratio;
+    let inertia_kg_m2 = gear_train.motor_inertia_kg_m2 * ratio * ratio
+        + gear_train.output_inertia_kg_m2
+        + gear_train.load_inertia_kg_m2;
+    let current_a = SOURCE_V / electrical.winding_resistance_ohm;
+    let torque_nm = electrical.torque_constant_nm_a * ratio * current_a;
+    let acceleration_deg_s2 = (torque_nm / inertia_kg_m2).to_degrees();
+    let least_deg = amplitude_deg * 0.5_f64.sqrt();
+    (4.0 / PI * acceleration_deg_s2 / least_deg).sqrt() / TAU
+}
+
+/// Shafts that rest under a torque.
+struct Rest {
+    /// Changes of the duty's sign in a second.
+    changes_hz: f64,
+    /// Greatest motion, deg.
+    motion_deg: f64,
+    /// Rms and greatest difference from the target, deg.
+    error_deg: f64,
+    greatest_error_deg: f64,
+}
+
+fn rest(setup: &Setup, torque_nm: f64) -> Rest {
     let settled = |seed: u64| {
         let mut drive = setup.drive(seed, 4);
         drive.defects().torque_nm = torque_nm;
@@ -301,7 +334,18 @@ fn rest(setup: &Setup, torque_nm: f64) -> (f64, f64) {
         });
         high - low
     });
-    (changes, motion.reduce(|| 0.0, f64::max))
+    let greatest = (0..SEEDS).into_par_iter().map(|seed| {
+        let errors = settled(seed)
+            .into_iter()
+            .map(|it| (it.command_deg - it.angle_deg).abs());
+        errors.fold(0.0, f64::max)
+    });
+    Rest {
+        changes_hz: changes,
+        motion_deg: motion.reduce(|| 0.0, f64::max),
+        error_deg: mean(|seed| error_deg(&settled(seed))),
+        greatest_error_deg: greatest.reduce(|| 0.0, f64::max),
+    }
 }
 
 /// Greatest way of a shaft that rests when a torque begins, deg, and rms of the duty about its mean
@@ -370,7 +414,7 @@ fn rows() -> Vec<(String, [f64; 3])> {
     type Measure = Box<dyn Fn(&Setup) -> f64>;
     let mut measures: Vec<(String, Measure)> = Vec::new();
     for (interval_ms, rate) in INTERVALS {
-        for source_v in [5.0, 6.0, 7.2] {
+        for source_v in [5.0, SOURCE_V, 7.4] {
             measures.push((
                 format!("rms error, targets at {rate}, {source_v:.1} V (deg)"),
                 Box::new(move |setup| flight_deg(setup, interval_ms, source_v)),
@@ -406,15 +450,27 @@ fn rows() -> Vec<(String, [f64; 3])> {
             format!("bandwidth at -3 dB, {amplitude_deg} deg (Hz)"),
             Box::new(move |setup| bandwidth_hz(setup, amplitude_deg)),
         ));
+        measures.push((
+            format!("its bound by voltage and winding, {amplitude_deg} deg (Hz)"),
+            Box::new(move |_| bound_hz(amplitude_deg)),
+        ));
     }
     for (load, torque_nm) in [("", 0.0), (" under 0.3 N m", -0.3)] {
         measures.push((
             format!("at rest{load}: changes of the duty's sign (1/s)"),
-            Box::new(move |setup| rest(setup, torque_nm).0),
+            Box::new(move |setup| rest(setup, torque_nm).changes_hz),
         ));
         measures.push((
             format!("at rest{load}: greatest motion (deg)"),
-            Box::new(move |setup| rest(setup, torque_nm).1),
+            Box::new(move |setup| rest(setup, torque_nm).motion_deg),
+        ));
+        measures.push((
+            format!("at rest{load}: rms error (deg)"),
+            Box::new(move |setup| rest(setup, torque_nm).error_deg),
+        ));
+        measures.push((
+            format!("at rest{load}: greatest error (deg)"),
+            Box::new(move |setup| rest(setup, torque_nm).greatest_error_deg),
         ));
     }
     measures.push((
@@ -432,6 +488,14 @@ fn rows() -> Vec<(String, [f64; 3])> {
     measures.push((
         "copper loss, 0.3 N m held (W)".to_owned(),
         Box::new(|setup| holding_loss_w(setup, -0.3)),
+    ));
+    measures.push((
+        "rms current, 0.3 N m held (mA)".to_owned(),
+        Box::new(|setup| {
+            let winding = BoardPlantOptions::realistic(0).drivetrain.electrical;
+            let square_a2 = holding_loss_w(setup, -0.3) / winding.winding_resistance_ohm;
+            1e3 * square_a2.sqrt()
+        }),
     ));
     let measured = measures
         .into_iter()

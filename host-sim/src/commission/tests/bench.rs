@@ -1,19 +1,31 @@
 //! A bench in the time of the simulation, and a small servo with secret parameters on it.
 
 use std::io;
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use canopen::{CanFrame, NodeId};
 use model_core::plant::board::{BoardPlantOptions, Defects};
 use model_core::sensors::noise::Noise;
+use model_core::time::CONTROL_PERIOD_S;
 
 use crate::can::client::Client;
 use crate::can::link::Link;
 use crate::can::native_node::{CAPTURE_VALUES, NativeNode};
 use crate::commission::Limits;
 
+/// How the shaft has moved.
+#[derive(Debug, Default)]
+pub struct Moved {
+    /// Time in which it turned, s.
+    pub moving_s: f64,
+    /// Greatest rate, deg/s.
+    pub greatest_deg_s: f64,
+}
+
 /// A bus of one node whose time goes on while the client waits.
 struct Bench {
+    moved: Arc<Mutex<Moved>>,
     node: NativeNode<'static>,
     /// The shaft must not be beyond this angle, deg.
     limit_deg: f64,
@@ -24,6 +36,7 @@ struct Bench {
 impl Bench {
     /// A control period, in which the shaft is within the range.
     fn step(&mut self) {
+        let before_deg = self.node.angle_deg();
         self.node.step(self.node.next_us());
         let now_us = self.node.next_us();
         if let Some((at_deg, until_us)) = &mut self.sticks {
@@ -34,6 +47,12 @@ impl Bench {
         }
         let angle_deg = self.node.angle_deg();
         assert!(angle_deg.abs() <= self.limit_deg, "{angle_deg} deg");
+        let rate_deg_s = (angle_deg - before_deg).abs() / CONTROL_PERIOD_S;
+        let mut moved = self.moved.lock().expect("no other thread");
+        moved.greatest_deg_s = moved.greatest_deg_s.max(rate_deg_s);
+        if rate_deg_s > MOVING_DEG_S {
+            moved.moving_s += CONTROL_PERIOD_S;
+        }
     }
 }
 
@@ -66,6 +85,9 @@ impl Link for Bench {
     }
 }
 
+/// A shaft that turns, deg/s: the noise of a resting one is below a tenth of it.
+const MOVING_DEG_S: f64 = 1.0;
+
 /// The range of the bench, and its rated current.
 pub const LIMITS: Limits = Limits {
     range_mdeg: Some((-45_000, 45_000)),
@@ -83,6 +105,11 @@ pub fn client_within(options: &BoardPlantOptions, defects: Defects, limit_deg: f
     client_of(options, defects, limit_deg, None)
 }
 
+/// A client of a bench whose shaft must not be beyond an angle, deg, and how the shaft moves.
+pub fn observed_client(options: &BoardPlantOptions, limit_deg: f64) -> (Client, Arc<Mutex<Moved>>) {
+    bench_of(options, Defects::default(), limit_deg, None)
+}
+
 /// That of a shaft that sticks for 0.6 s when it first passes an angle, deg.
 pub fn client_of(
     options: &BoardPlantOptions,
@@ -90,18 +117,29 @@ pub fn client_of(
     limit_deg: f64,
     sticks_at_deg: Option<f64>,
 ) -> Client {
+    bench_of(options, defects, limit_deg, sticks_at_deg).0
+}
+
+fn bench_of(
+    options: &BoardPlantOptions,
+    defects: Defects,
+    limit_deg: f64,
+    sticks_at_deg: Option<f64>,
+) -> (Client, Arc<Mutex<Moved>>) {
+    let moved = Arc::default();
     let sticks = sticks_at_deg.map(|at_deg| (at_deg, None));
     let buffer = Box::leak(Box::new([0; CAPTURE_VALUES]));
     let mut node = NativeNode::new(1, NodeId::new(1), options, buffer).expect("a plant");
     *node.defects() = defects;
     let mut bench = Bench {
+        moved: Arc::clone(&moved),
         node,
         limit_deg: limit_deg.min(options.drivetrain.gear_train.hard_stop_deg),
         sticks,
     };
     // The start of the node.
     bench.pause(Duration::from_millis(100)).expect("no input");
-    Client::new(Box::new(bench), 1)
+    (Client::new(Box::new(bench), 1), moved)
 }
 
 /// A small servo: torque constant, resistance and friction within a third of the bench's, the
