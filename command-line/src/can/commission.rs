@@ -28,7 +28,7 @@ use host_sim::file;
 /// step in the closed loop verify, and the feed-forward 2013h, which moves verify; moves with all
 /// this give the baseline of the health. What is wrong or cannot be identified is refused with exit
 /// status 3, and nothing is written; otherwise 607Dh, 2011h:1, 2, 4, 5 and 6, 2014h, 60FBh:1,
-/// 60F9h:1 to 3, 2013h:1 and 2 and 2053h:1, 2, 9 and 10 are written, and all parameters are saved
+/// 60F9h:1 to 3, 2013h:1 to 3, 2053h:1, 2, 9 and 10 and the date 1020h are written, and all are saved
 /// (1010h). A value that a second measurement contradicts, a viscous friction that is not known
 /// from zero, a supply resistance and a play that the moves do not show, and gains whose loop is
 /// not as predicted are reported and not written.

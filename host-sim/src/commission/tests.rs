@@ -3,6 +3,8 @@
 mod bench;
 mod encoder;
 
+use std::time::Duration;
+
 use model_core::plant::board::{BoardPlantOptions, Defects};
 use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::sensors::adc::AdcCode;
@@ -14,6 +16,7 @@ use super::{
     Baseline, CommissionError, Contradiction, Estimate, Findings, Friction, Kept, Limits,
     Parameter, find, measure, page, tune, write,
 };
+use super::{Signal, record};
 use crate::can::client::Client;
 use crate::can::names;
 use crate::table::Cell;
@@ -229,6 +232,17 @@ fn only_the_write_changes_what_the_actuator_keeps() {
     assert_eq!(client.integer("607D:2").expect("a limit"), 45_000);
     // The date of the configuration, days since 1984, of a test that runs after 2026-01-01.
     assert!(client.integer("1020:1").expect("a date") >= 15_341);
+    client.enable(1).expect("no fault");
+    arrive(&mut client, 12_300).expect("within the range");
+    // It settles.
+    client.pause(Duration::from_secs(2)).expect("no input");
+    let (capture, _) = record(&mut client, &[Signal::Duty], |client| {
+        client.pause(Duration::from_secs(2))
+    })
+    .expect("a capture");
+    let records = capture.records.windows(2);
+    let changes = records.filter(|pair| i64::from(pair[0][0]) * i64::from(pair[1][0]) < 0);
+    assert_eq!(changes.count(), 0, "of the duty's sign at rest");
 }
 
 #[test]

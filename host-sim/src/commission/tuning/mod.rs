@@ -136,7 +136,7 @@ impl Tuning {
             .filter(|_| self.disagreements.is_empty());
         let mut objects: Vec<_> = proposal.flat_map(|p| p.gains.clone()).collect();
         if !objects.is_empty() && self.without_forward.is_none() {
-            objects.extend(FORWARD.map(|object| (object, f64::from(WHOLE))));
+            objects.extend(FORWARD);
         }
         objects
     }
@@ -150,8 +150,16 @@ impl Tuning {
     }
 }
 
-/// The feed-forward of velocity and model.
-const FORWARD: [&str; 2] = ["2013:1", "2013:2"];
+/// Half a count of quantisation, and a count of noise, mdeg: within it the duty at rest would change
+/// its sign with the noise of the encoder.
+const DEAD_BAND_MDEG: u16 = 132;
+
+/// The feed-forward of velocity and model, and the dead band at rest.
+const FORWARD: [(&str, f64); 3] = [
+    ("2013:1", WHOLE as f64),
+    ("2013:2", WHOLE as f64),
+    ("2013:3", DEAD_BAND_MDEG as f64),
+];
 
 /// A parameter of the loop.
 type Field = fn(&mut ControlParameters) -> &mut f64;
@@ -182,7 +190,8 @@ pub fn changed() -> impl Iterator<Item = &'static str> {
     let model = [
         "2011:1", "2011:2", "2011:4", "2011:5", "2011:6", "6083", "6084",
     ];
-    gains.chain(model).chain(FORWARD)
+    let forward = FORWARD.into_iter().map(|(object, _)| object);
+    gains.chain(model).chain(forward)
 }
 
 /// Proposes gains for what was found, and verifies them. The drive is off afterwards, with the
@@ -213,7 +222,7 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
     let gains = GAINS.map(|(object, field)| (object, *field(&mut proposed)));
     write(client, &findings.objects())?;
     write(client, &gains)?;
-    write(client, &FORWARD.map(|object| (object, 0.0)))?;
+    write(client, &FORWARD.map(|(object, _)| (object, 0.0)))?;
     let mut twin = Twin {
         plant: plant(&identified, findings, ratio),
         control: control(client)?,
@@ -414,9 +423,10 @@ fn moves(
     twin: &mut Twin,
 ) -> Result<Motion, CommissionError> {
     client.quick_stop()?;
-    write(client, &FORWARD.map(|object| (object, f64::from(WHOLE))))?;
+    write(client, &FORWARD)?;
     twin.values.tracking.velocity_permille = WHOLE;
     twin.values.tracking.model_permille = WHOLE;
+    twin.values.tracking.dead_band_mdeg = DEAD_BAND_MDEG;
     let motor = identified.motor([0.0; 5]);
     let greatest_deg_s2 = 100.0 * motor.motor_gain / motor.motor_time_constant_s;
     let acceleration = ((SHARE * greatest_deg_s2 * 1e3) as u32).max(1).to_string();

@@ -182,7 +182,7 @@ fn a_motor_that_is_not_the_identified_one_keeps_its_gains() {
         !tuning
             .objects()
             .iter()
-            .any(|(object, _)| FORWARD.contains(object))
+            .any(|object| FORWARD.contains(object))
     );
 }
 
