@@ -13,8 +13,6 @@ export PYTHONDONTWRITEBYTECODE=1
 say() { printf '\n-- %s\n' "$*"; }
 
 say "wheel"
-# As that of a release, but for the optimisation across crates, which takes a third of its build.
-export CARGO_PROFILE_WHEEL_LTO=off CARGO_PROFILE_WHEEL_CODEGEN_UNITS=16
 (cd ../.. && cargo run --quiet --release --locked --bin package -- --out "$place/dist" wheel)
 ls -l "$place"/dist/*.whl
 

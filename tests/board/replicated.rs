@@ -5,6 +5,7 @@ use std::ops::Range;
 use board_tests::flips::in_first_copy;
 use board_tests::frames::{faults, statuswords};
 use board_tests::program::{firmware, run_master};
+use firmware::timing::periods;
 use virtual_board::faults::{Fault, MemoryLocation, Planned, Trigger};
 use virtual_board::plant::Bridge;
 use virtual_board::run::Options;
@@ -72,13 +73,13 @@ fn a_flip_in_a_posted_message_is_detected_or_without_effect() {
 
 #[test]
 fn process_data_stay_away_20_ms_after_the_last_valid_outputs_of_the_loop_and_return() {
-    // Entries of the communication, two in a control period.
-    const FLIPS: Range<u64> = 400..440;
+    // Entries of the communication, two in a control period: 80 ms.
+    let [from, number] = [800, 80].map(|ms| 2 * u64::from(periods(ms)));
     let outputs = variable("init_outputs");
     let half = (outputs.end - outputs.start) / 2;
     // One of the two memories for outputs is the mailbox, the other the reader's.
     let places = [half / 2, half + half / 2].map(|offset| (outputs.start + offset) & !3);
-    let flips = FLIPS.flat_map(|hit| {
+    let flips = (from..from + number).flat_map(|hit| {
         places.map(|address| Planned {
             trigger: Trigger::Symbol {
                 name: "UART7".into(),

@@ -6,6 +6,7 @@ mod command;
 mod drive;
 mod margin;
 mod page;
+mod rest;
 
 use core::f64::consts::{PI, TAU};
 use std::fs;
@@ -27,6 +28,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use command::{sine, standard};
 use drive::Drive;
 use margin::Margins;
+use rest::{holding_loss_w, loaded, rest};
 
 /// Measures how well the shaft follows commands, with and without feed-forward
 #[derive(Debug, Parser)]
@@ -300,83 +302,6 @@ fn bound_hz(amplitude_deg: f64) -> f64 {
     let acceleration_deg_s2 = (torque_nm / inertia_kg_m2).to_degrees();
     let least_deg = amplitude_deg * 0.5_f64.sqrt();
     (4.0 / PI * acceleration_deg_s2 / least_deg).sqrt() / TAU
-}
-
-/// Shafts that rest under a torque.
-struct Rest {
-    /// Changes of the duty's sign in a second.
-    changes_hz: f64,
-    /// Greatest motion, deg.
-    motion_deg: f64,
-    /// Rms and greatest difference from the target, deg.
-    error_deg: f64,
-    greatest_error_deg: f64,
-}
-
-fn rest(setup: &Setup, torque_nm: f64) -> Rest {
-    let settled = |seed: u64| {
-        let mut drive = setup.drive(seed, 4);
-        drive.defects().torque_nm = torque_nm;
-        follow(&mut drive, 4, |_| 12.3 + 0.1 * seed as f64).split_off(PERIODS as usize / 2)
-    };
-    let seconds = f64::from(PERIODS) / 2.0 * PERIOD_S;
-    let changes = mean(|seed| {
-        let samples = settled(seed);
-        let changes = samples.windows(2);
-        let changes = changes.filter(|pair| pair[0].duty_pct * pair[1].duty_pct < 0.0);
-        changes.count() as f64 / seconds
-    });
-    let motion = (0..SEEDS).into_par_iter().map(|seed| {
-        let samples = settled(seed);
-        let angles = samples.iter().map(|sample| sample.angle_deg);
-        let (low, high) = angles.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), angle| {
-            (low.min(angle), high.max(angle))
-        });
-        high - low
-    });
-    let greatest = (0..SEEDS).into_par_iter().map(|seed| {
-        let errors = settled(seed)
-            .into_iter()
-            .map(|it| (it.command_deg - it.angle_deg).abs());
-        errors.fold(0.0, f64::max)
-    });
-    Rest {
-        changes_hz: changes,
-        motion_deg: motion.reduce(|| 0.0, f64::max),
-        error_deg: mean(|seed| error_deg(&settled(seed))),
-        greatest_error_deg: greatest.reduce(|| 0.0, f64::max),
-    }
-}
-
-/// Greatest way of a shaft that rests when a torque begins, deg, and rms of the duty about its mean
-/// under the torque, %.
-fn loaded(setup: &Setup, torque_nm: f64) -> (f64, f64) {
-    let motions = (0..SEEDS).into_par_iter().map(|seed| {
-        let mut drive = setup.drive(seed, 4);
-        let target = |_| 12.3 + 0.1 * seed as f64;
-        let rested = follow(&mut drive, 4, target);
-        drive.defects().torque_nm = torque_nm;
-        let from_deg = rested[rested.len() - 1].angle_deg;
-        let samples = follow(&mut drive, 4, target);
-        let ways = (samples.iter()).map(|sample| (sample.angle_deg - from_deg).abs());
-        let held = &samples[samples.len() / 2..];
-        let number = held.len() as f64;
-        let mean_pct = held.iter().map(|sample| sample.duty_pct).sum::<f64>() / number;
-        let square = |sample: &Sample| (sample.duty_pct - mean_pct).powi(2);
-        let rms_pct = (held.iter().map(square).sum::<f64>() / number).sqrt();
-        (ways.fold(0.0, f64::max), rms_pct / SEEDS as f64)
-    });
-    motions.reduce(|| (0.0, 0.0), |a, b| (a.0.max(b.0), a.1 + b.1))
-}
-
-/// Copper loss while a torque is held, W.
-fn holding_loss_w(setup: &Setup, torque_nm: f64) -> f64 {
-    mean(|seed| {
-        let mut drive = setup.drive(seed, 4);
-        drive.defects().torque_nm = torque_nm;
-        follow(&mut drive, 4, |_| 12.3 + 0.1 * seed as f64);
-        drive.copper_loss_j() / (f64::from(PERIODS) * PERIOD_S)
-    })
 }
 
 /// Copper loss on the flight-like command, W.
