@@ -51,8 +51,8 @@ pub const fn angle_of_mdeg(angle_mdeg: i32) -> Angle {
     Angle::from_bits(bits_of_thousandths(angle_mdeg))
 }
 
-/// The rate nearest to this number of thousandths of a degree per second, beyond 44,000 deg/s a step
-/// of 2^-32 beside it.
+/// The rate nearest to this number of thousandths of a degree per second, beyond 44,000 deg/s a
+/// step of 2^-32 beside it.
 ///
 /// ```
 /// use firmware::timing::rate_of_mdeg_s;

@@ -28,10 +28,10 @@ use host_sim::file;
 /// step in the closed loop verify, and the feed-forward 2013h, which moves verify; moves with all
 /// this give the baseline of the health. What is wrong or cannot be identified is refused with exit
 /// status 3, and nothing is written; otherwise 607Dh, 2011h:1, 2, 4, 5 and 6, 2014h, 60FBh:1,
-/// 60F9h:1 to 3, 2013h:1 to 3, 2053h:1, 2, 9 and 10 and the date 1020h are written, and all are saved
-/// (1010h). A value that a second measurement contradicts, a viscous friction that is not known
-/// from zero, a supply resistance and a play that the moves do not show, and gains whose loop is
-/// not as predicted are reported and not written.
+/// 60F9h:1 to 3, 2013h:1 to 3, 2053h:1, 2, 9 and 10 and the date 1020h are written, and all are
+/// saved (1010h). A value that a second measurement contradicts, a viscous friction that is not
+/// known from zero, a supply resistance and a play that the moves do not show, and gains whose loop
+/// is not as predicted are reported and not written.
 #[derive(Debug, Args)]
 pub struct Commission {
     /// Range of the angle, deg; without it the stops are found at half of --current

@@ -28,7 +28,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use command::{sine, standard};
 use drive::Drive;
 use margin::Margins;
-use rest::{holding_loss_w, loaded, rest};
+use rest::{Rest, holding_loss_w, loaded, rest};
 
 /// Measures how well the shaft follows commands, with and without feed-forward
 #[derive(Debug, Parser)]
@@ -284,9 +284,9 @@ fn bandwidth_hz(setup: &Setup, amplitude_deg: f64) -> f64 {
     above.next().unwrap_or(f64::NAN)
 }
 
-/// The least amplitude of the angle over that of a sine, at -3 dB, is that of a bridge that only
-/// accelerates with the torque at standstill: the sine in its square wave is 4/pi of it. Hz; without
-/// friction and back-EMF, which lower it.
+/// The highest frequency at which the amplitude of the angle can be -3 dB of that of a sine, Hz:
+/// the motor always accelerates with its torque at standstill, a square wave whose fundamental is 4/pi
+/// of it. Friction and back-EMF, which are left out, lower it.
 fn bound_hz(amplitude_deg: f64) -> f64 {
     let DrivetrainParameters {
         electrical,
@@ -381,22 +381,19 @@ fn rows() -> Vec<(String, [f64; 3])> {
         ));
     }
     for (load, torque_nm) in [("", 0.0), (" under 0.3 N m", -0.3)] {
-        measures.push((
-            format!("at rest{load}: changes of the duty's sign (1/s)"),
-            Box::new(move |setup| rest(setup, torque_nm).changes_hz),
-        ));
-        measures.push((
-            format!("at rest{load}: greatest motion (deg)"),
-            Box::new(move |setup| rest(setup, torque_nm).motion_deg),
-        ));
-        measures.push((
-            format!("at rest{load}: rms error (deg)"),
-            Box::new(move |setup| rest(setup, torque_nm).error_deg),
-        ));
-        measures.push((
-            format!("at rest{load}: greatest error (deg)"),
-            Box::new(move |setup| rest(setup, torque_nm).greatest_error_deg),
-        ));
+        type OfRest = fn(&Rest) -> f64;
+        let parts: [(&str, OfRest); 4] = [
+            ("changes of the duty's sign (1/s)", |it| it.changes_hz),
+            ("greatest motion (deg)", |it| it.motion_deg),
+            ("rms error (deg)", |it| it.error_deg),
+            ("greatest error (deg)", |it| it.greatest_error_deg),
+        ];
+        for (name, part) in parts {
+            measures.push((
+                format!("at rest{load}: {name}"),
+                Box::new(move |setup| part(&rest(setup, torque_nm))),
+            ));
+        }
     }
     measures.push((
         "step of the load to 0.3 N m: greatest motion (deg)".to_owned(),

@@ -150,8 +150,8 @@ impl Tuning {
     }
 }
 
-/// Half a count of quantisation, and a count of noise, mdeg: within it the duty at rest would change
-/// its sign with the noise of the encoder.
+/// Half a count of quantisation, and a count of noise, mdeg: within it the duty at rest would
+/// change its sign with the noise of the encoder.
 const DEAD_BAND_MDEG: u16 = 132;
 
 /// The feed-forward of velocity and model, and the dead band at rest.
