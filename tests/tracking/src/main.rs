@@ -285,8 +285,8 @@ fn bandwidth_hz(setup: &Setup, amplitude_deg: f64) -> f64 {
 }
 
 /// The highest frequency at which the amplitude of the angle can be -3 dB of that of a sine, Hz:
-/// the motor always accelerates with its torque at standstill, a square wave whose fundamental is 4/pi
-/// of it. Friction and back-EMF, which are left out, lower it.
+/// the motor always accelerates with its torque at standstill, a square wave whose fundamental is
+/// 4/pi of it. Friction and back-EMF, which are left out, lower it.
 fn bound_hz(amplitude_deg: f64) -> f64 {
     let DrivetrainParameters {
         electrical,
