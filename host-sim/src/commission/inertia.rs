@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use super::excite::excite;
 use super::friction::Friction;
-use super::motor_fit::{Fitted, Fitting, Motor, Start};
+use super::motor_fit::{Fitted, Fitting, Motor, Start, timing};
 use super::resistance::{COLD_DEG_C, Cold, winding_deg_c};
 use super::samples::{Board, SIGNALS, real};
 use super::{CommissionError, Estimate};
@@ -42,7 +42,8 @@ const INTERVAL: f64 = 2.0;
 pub struct Dynamics {
     /// Inertia at the output, kg m^2.
     pub inertia_kg_m2: Estimate,
-    /// Time from the control period that decides a duty to that which measures its first effect, s.
+    /// Time from the control period that decides a duty to that which measures its first effect, s:
+    /// mean of the chirp and of the board's timing.
     pub delay_s: Estimate,
     /// Free play of the output, deg: mean of the fits by their standard errors, 0 if they do not
     /// determine it.
@@ -99,10 +100,11 @@ pub fn measure(
         Fitted::of(&samples, &Motor::of(cold, constant, warm_k), &start)
     };
     let (one, other) = (fitted(CHIRP.1)?, fitted(MULTISINE.1)?);
-    let of_excitations = |parameter, name: &str, one: Fitting, other: Fitting| {
+    let of_excitations = |parameter, name: &str, (one, other): (Fitting, Fitting)| {
         let values = (one.against_another(), other.against_another());
         contradiction((parameter, name), (CHIRP.0, MULTISINE.0), values)
     };
+    let of_delays = |delays| of_excitations(Parameter::Delay, "delay, s", delays);
     let of_runs = |of_chirp: Fitting| {
         let name = (Parameter::Coulomb, "Coulomb friction, Nm");
         contradiction(name, (CHIRP.0, "the runs"), (of_chirp.whole(), coulomb))
@@ -111,28 +113,30 @@ pub fn measure(
         of_excitations(
             Parameter::Inertia,
             "inertia, kg m^2",
-            one.inertia_kg_m2,
-            other.inertia_kg_m2,
+            (one.inertia_kg_m2, other.inertia_kg_m2),
         ),
-        of_excitations(Parameter::Delay, "delay, s", one.delay_s, other.delay_s),
+        one.delay_s.zip(other.delay_s).and_then(of_delays),
         one.coulomb_nm.and_then(of_runs),
     ];
     Ok(Dynamics {
         inertia_kg_m2: one.inertia_kg_m2.whole(),
-        delay_s: one.delay_s.whole(),
-        backlash_deg: weighted([one.backlash_deg, other.backlash_deg]),
+        delay_s: weighted([one.delay_s.map(Fitting::whole), Some(timing())]),
+        backlash_deg: weighted([one.backlash_deg, other.backlash_deg]).value,
         contradictions: contradictions.into_iter().flatten().collect(),
     })
 }
 
-/// The mean of what is known, weighted by the standard errors.
-fn weighted(values: [Option<Estimate>; 2]) -> f64 {
+/// The mean of what is known, weighted by the standard errors; 0 without any.
+fn weighted(values: [Option<Estimate>; 2]) -> Estimate {
     let weighted = values.into_iter().flatten().map(|estimate| {
         let weight = estimate.standard_error.powi(-2);
         (weight, weight * estimate.value)
     });
     let (weights, sum) = weighted.fold((0.0, 0.0), |a, b| (a.0 + b.0, a.1 + b.1));
-    if weights > 0.0 { sum / weights } else { 0.0 }
+    Estimate {
+        value: if weights > 0.0 { sum / weights } else { 0.0 },
+        standard_error: weights.powf(-0.5),
+    }
 }
 
 /// The contradiction of two values whose intervals of 95 % do not overlap.

@@ -188,23 +188,33 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
     steps(client, limits).map_err(with_cause)
 }
 
-/// The error code of faults 14 and 20.
-const MEASUREMENT: &str = "5210h";
+/// Faults that may come before the step that finds their cause: the error code, the step, and the
+/// cause.
+const CAUSES: [(&str, &str, &str); 2] = [
+    // Faults 14 and 20.
+    (
+        "5210h",
+        "current",
+        "the gain of the current measurement is wrong, or it is lost",
+    ),
+    // Fault 3.
+    (
+        "7306h",
+        "encoder",
+        "the magnet is weak: its distance to the encoder is wrong, or it is not centred",
+    ),
+];
 
-/// A fault of the current measurement, which may come before the step that compares the gain.
+/// An error with the cause of the fault in it.
 fn with_cause(error: CommissionError) -> CommissionError {
-    match &error {
-        CommissionError::Client(ClientError::State { state, .. })
-            if state.contains(MEASUREMENT) =>
-        {
-            CommissionError::Refused {
-                step: "current",
-                why: format!(
-                    "the gain of the current measurement is wrong, or it is lost; {error}"
-                ),
-            }
-        }
-        _ => error,
+    let text = error.to_string();
+    let cause = CAUSES.iter().find(|(code, ..)| text.contains(code));
+    match cause {
+        Some((_, step, cause)) => CommissionError::Refused {
+            step,
+            why: format!("{cause}; {text}"),
+        },
+        None => error,
     }
 }
 
@@ -213,6 +223,7 @@ fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionErr
     if let Some(range_mdeg) = limits.range_mdeg {
         wiring::check_room(client, range_mdeg)?;
     }
+    wiring::check_temperature(client)?;
     // So far above the rate of the runs that the limit does not act on them.
     client.write("6080", &(limits.rate_mdeg_s / 4 * 5).to_string())?;
     let mut board = samples::Board::of(client)?;

@@ -2,15 +2,18 @@
 //!
 //! The motor model of [`identification`] is fitted with resistance and torque constant held, and
 //! again with each of these one standard error greater: what that changes is a part of the standard
-//! errors. An eccentric magnet scales the measured angle around the centre of the excitation, and
+//! errors. A delay that the recording determines worse than the board's timing, [`timing`], is held
+//! at that. An eccentric magnet scales the measured angle around the centre of the excitation, and
 //! with it the inertia. Free are inertia, delay, friction, a load, and the backlash, which a delay
 //! would otherwise stand for.
 
 use identification::{Experiment, Fit, Hold, Options, Problem, Quiet, Recording, fit, models};
+use model_core::time::PWM_RATE_HZ;
 
 use super::resistance::{COPPER_K, Cold, TEMPERATURE_K};
 use super::runs::ECCENTRICITY_DEG;
 use super::samples::Sample;
+use super::tuning::DELAY_S;
 use super::winding::Winding;
 use super::{CommissionError, Estimate, PERIOD_S, refuse, uniform};
 
@@ -21,6 +24,14 @@ const SUPPLY_V: f64 = 10.0;
 
 /// Starting value of the backlash, one count of the encoder, deg: without any it has no slope.
 const START_BACKLASH_DEG: f64 = 0.1;
+
+/// The delay of the board's timing: within a PWM period a drive begins at its start.
+pub fn timing() -> Estimate {
+    Estimate {
+        value: DELAY_S,
+        standard_error: uniform(0.5 / f64::from(PWM_RATE_HZ)),
+    }
+}
 
 /// Where the search starts.
 pub struct Start {
@@ -91,8 +102,8 @@ impl Fitting {
 pub struct Fitted {
     /// Inertia at the output, kg m^2.
     pub inertia_kg_m2: Fitting,
-    /// Delay, s.
-    pub delay_s: Fitting,
+    /// Delay, s, where the recording determines it.
+    pub delay_s: Option<Fitting>,
     /// Coulomb friction, Nm, where the recording determines it.
     pub coulomb_nm: Option<Fitting>,
     /// Free play, deg, where the recording determines it.
@@ -110,22 +121,43 @@ impl Fitted {
         let constant = motor.torque_per_current_nm_a;
         let resistance_ohm = motor.winding.resistance_ohm;
         let experiment = experiment(samples, &motor.winding)?;
-        let starting = [
+        let mut starting = vec![
             (INERTIA, start.inertia_kg_m2),
             (COULOMB, start.coulomb_nm),
-            (DELAY, PERIOD_S),
             (BACKLASH, START_BACKLASH_DEG),
         ];
-        let held = |constant_nm_a: f64, ohm: f64, starts: &[(&str, f64)], count: usize| {
-            solve(&experiment, (constant_nm_a, ohm), starts, count)
+        let mut values = Held {
+            constant_nm_a: constant.value,
+            resistance_ohm,
+            delay_s: None,
         };
-        let here = held(constant.value, resistance_ohm, &starting, STARTS)?;
+        starting.push((DELAY, PERIOD_S));
+        let mut here = solve(&experiment, &values, &starting, STARTS)?;
+        let known = timing();
+        let is_better = |delay: Estimate| delay.standard_error < known.standard_error;
+        if !determined(&here, DELAY).is_ok_and(is_better) {
+            starting.pop();
+            values.delay_s = Some(known.value);
+            here = solve(&experiment, &values, &starting, STARTS)?;
+        }
         let found: Vec<_> = here.estimates.iter().filter(|e| !e.fixed).collect();
         let found: Vec<_> = found.iter().map(|e| (e.name, e.value)).collect();
-        let greater_nm_a = constant.value + constant.standard_error;
-        let with_constant = held(greater_nm_a, resistance_ohm, &found, 1)?;
-        let greater_ohm = resistance_ohm + motor.resistance_error_ohm;
-        let with_resistance = held(constant.value, greater_ohm, &found, 1)?;
+        let other = |values: Held| solve(&experiment, &values, &found, 1);
+        let with_constant = other(Held {
+            constant_nm_a: constant.value + constant.standard_error,
+            ..values
+        })?;
+        let with_resistance = other(Held {
+            resistance_ohm: resistance_ohm + motor.resistance_error_ohm,
+            ..values
+        })?;
+        let with_delay = values.delay_s.map(|delay_s| {
+            other(Held {
+                delay_s: Some(delay_s + known.standard_error),
+                ..values
+            })
+        });
+        let with_delay = with_delay.transpose()?;
         let fitting = |name: &'static str| {
             let Estimate {
                 value,
@@ -133,22 +165,27 @@ impl Fitted {
             } = determined(&here, name)?;
             let shift = |fit: &Fit| fit.value(name).map_or(f64::NAN, |other| other - value);
             let of_resistance = shift(&with_resistance);
+            let of_delay = with_delay.as_ref().map_or(0.0, shift);
             // The same magnet made the error of the constant.
             let of_angle = match name {
                 INERTIA => value * uniform(ECCENTRICITY_DEG.to_radians()),
                 _ => 0.0,
             };
             let share = resistance_ohm / motor.resistance_error_ohm;
+            let of_motor = of_resistance.hypot(shift(&with_constant).abs() + of_angle);
             Ok::<_, CommissionError>(Fitting {
                 value,
                 of_fit: standard_error,
                 of_temperature: of_resistance * share * uniform(COPPER_K * TEMPERATURE_K),
-                of_held: of_resistance.hypot(shift(&with_constant).abs() + of_angle),
+                of_held: of_motor.hypot(of_delay),
             })
         };
         Ok(Self {
             inertia_kg_m2: fitting(INERTIA)?,
-            delay_s: fitting(DELAY)?,
+            delay_s: match values.delay_s {
+                None => Some(fitting(DELAY)?),
+                Some(_) => None,
+            },
             coulomb_nm: fitting(COULOMB).ok(),
             backlash_deg: determined(&here, BACKLASH).ok(),
         })
@@ -185,9 +222,20 @@ fn experiment(samples: &[Sample], winding: &Winding) -> Result<Experiment, Commi
     Experiment::try_new(recording).or_else(|error| refuse(STEP, error.to_string()))
 }
 
+/// What a fit holds.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    /// Torque per current, Nm/A.
+    constant_nm_a: f64,
+    /// Resistance, ohm.
+    resistance_ohm: f64,
+    /// Delay, s, unless it is free.
+    delay_s: Option<f64>,
+}
+
 fn solve(
     experiment: &Experiment,
-    (torque_per_current_nm_a, resistance_ohm): (f64, f64),
+    held: &Held,
     starting: &[(&str, f64)],
     starts: usize,
 ) -> Result<Fit, CommissionError> {
@@ -196,8 +244,11 @@ fn solve(
     };
     let solve = || {
         let mut problem = Problem::try_new(model, vec![experiment.clone()])?;
-        problem.fix("torque_constant_nm_a", torque_per_current_nm_a)?;
-        problem.fix("winding_resistance_ohm", resistance_ohm)?;
+        problem.fix("torque_constant_nm_a", held.constant_nm_a)?;
+        problem.fix("winding_resistance_ohm", held.resistance_ohm)?;
+        if let Some(delay_s) = held.delay_s {
+            problem.fix(DELAY, delay_s)?;
+        }
         problem.free("load_torque_nm")?;
         problem.free(BACKLASH)?;
         for (name, value) in starting {

@@ -110,9 +110,16 @@ pub fn measure(
         client.pause(REST)
     })?;
     moved?;
-    let mut samples = driven(&board.samples(&capture));
-    let sag = under_load(&mut samples, rest_v)?;
-    let (winding, warm) = fit(&samples, &board.assumed)?;
+    let all = board.samples(&capture);
+    let of = |start: &Winding| {
+        let mut samples = driven(&all, start);
+        let sag = under_load(&mut samples, rest_v)?;
+        let (winding, warm) = fit(&samples, start)?;
+        Ok::<_, CommissionError>((sag, winding, warm))
+    };
+    // A slower winding than that of the object carries its current longer.
+    let (_, first, _) = of(&board.assumed)?;
+    let (sag, winding, warm) = of(&first)?;
     let cold = warm.over(1.0 + COPPER_K * warm_k);
     // Current and supply are measured with resistors each.
     let gains = uniform(GAIN_ERROR).hypot(uniform(GAIN_ERROR));
@@ -225,11 +232,16 @@ fn pulse(client: &mut Client, permille: i32) -> Result<(), ClientError> {
     Ok(())
 }
 
-/// The samples before which the drive has had the same sign for two control periods.
-fn driven(samples: &[Sample]) -> Vec<Sample> {
+/// The samples before which the drive has had the same sign for two control periods, and behind
+/// whose scans this winding carries no current: their back-EMF is between two scans.
+fn driven(samples: &[Sample], winding: &Winding) -> Vec<Sample> {
     let sign = |sample: &Sample| sample.driven.compare.signum();
+    let is_measured = |sample: &Sample| winding.current(sample.driven).shows_back_emf();
     let pairs = samples.windows(2);
-    let lasting = pairs.filter(|pair| sign(&pair[1]) != 0 && sign(&pair[0]) == sign(&pair[1]));
+    let lasting = pairs.filter(|pair| {
+        let has_sign = sign(&pair[1]) != 0 && sign(&pair[0]) == sign(&pair[1]);
+        has_sign && pair.iter().all(is_measured)
+    });
     lasting.map(|pair| pair[1]).collect()
 }
 

@@ -10,9 +10,10 @@
 //! mean, which makes the torque, is that of all of them.
 
 use model_core::control::pwm_timer::{
-    CurrentInstant, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER, WINDOW_START,
+    BACK_EMF_INSTANT, CurrentInstant, PWM_COUNTS, TIMER_CLOCK_HZ, TIMER_DIVIDER, WINDOW_START,
 };
 use model_core::plant::drivetrain::electrical::ElectricalParameters;
+use model_core::sensors::dividers::LEG_SETTLING_S;
 use model_core::time::UPDATE_PERIODS_PER_CONTROL_PERIOD;
 
 /// Length of a PWM period, s.
@@ -54,7 +55,21 @@ pub struct Current {
     pub sampled_a: f64,
     /// The mean over the control period, A.
     pub mean_a: f64,
+    /// How long diodes carry it after the switches have opened, s.
+    pub decay_s: f64,
 }
+
+impl Current {
+    /// Whether the legs have settled before their scan, which shows the back-EMF only then.
+    pub fn shows_back_emf(self) -> bool {
+        self.decay_s < LONGEST_DECAY_S
+    }
+}
+
+/// Longest decay of the current behind which the legs settle before their scan, s: eight time
+/// constants of them.
+const LONGEST_DECAY_S: f64 =
+    (BACK_EMF_INSTANT - WINDOW_START) as f64 * COUNT_S - 8.0 * LEG_SETTLING_S;
 
 impl Winding {
     /// The current of a control period.
@@ -98,10 +113,13 @@ impl Winding {
             (start_a, sum) = (end_a, sum + part);
         }
         let (opened_a, part) = until(start_a, window_s);
-        sum += part + self.decay(opened_a, supply_v, back_emf_v, PERIOD_S - window_s);
+        let most_s = PERIOD_S - window_s;
+        let (decay_s, decayed) = self.decay(opened_a, supply_v, back_emf_v, most_s);
+        sum += part + decayed;
         Current {
             sampled_a: until(start_a, sample_s).0,
             mean_a: sum / (PERIOD_S * f64::from(UPDATE_PERIODS_PER_CONTROL_PERIOD)),
+            decay_s,
         }
     }
 
@@ -115,16 +133,18 @@ impl Winding {
         (end_a, sum)
     }
 
-    /// The integral of the current after the switches have opened.
-    fn decay(&self, start_a: f64, supply_v: f64, back_emf_v: f64, time_s: f64) -> f64 {
+    /// How long the diodes carry this current after the switches have opened, within a time, and
+    /// its integral.
+    fn decay(&self, start_a: f64, supply_v: f64, back_emf_v: f64, most_s: f64) -> (f64, f64) {
         let against_v = -(supply_v + DIODES_V) * start_a.signum() - back_emf_v;
         let steady_a = against_v / self.resistance_ohm;
         if steady_a * start_a >= 0.0 {
-            return 0.0;
+            return (0.0, 0.0);
         }
         let constant_s = self.inductance_h / self.resistance_ohm;
         let zero_s = constant_s * (-start_a / steady_a).ln_1p();
-        self.advance(start_a, against_v, zero_s.min(time_s)).1
+        let decay_s = zero_s.min(most_s);
+        (decay_s, self.advance(start_a, against_v, decay_s).1)
     }
 }
 

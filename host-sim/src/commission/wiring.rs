@@ -110,6 +110,23 @@ pub fn check_room(client: &mut Client, (low, high): (i32, i32)) -> Result<(), Co
     refuse(STEP, why)
 }
 
+/// Temperatures of the board at which a motor is measured, deg C: the winding is assumed as warm,
+/// which a board that has just been hotter than this does not show.
+const TEMPERATURES_DEG_C: std::ops::RangeInclusive<f64> = -10.0..=60.0;
+
+/// Refuses a board too cold or too hot to know the temperature of its motor.
+pub fn check_temperature(client: &mut Client) -> Result<(), CommissionError> {
+    let found = client.integer("2006")? as f64 * 0.1;
+    if TEMPERATURES_DEG_C.contains(&found) {
+        return Ok(());
+    }
+    let why = format!(
+        "the temperature of the board, 2006h, is {found} deg C, expected -10 to 60 deg C: let the \
+         actuator cool down, or its sensor is broken"
+    );
+    refuse(STEP, why)
+}
+
 /// Pulses of growing torque in both directions, until the shaft moves.
 pub fn check(client: &mut Client, limits: &Limits, board: &Board) -> Result<(), CommissionError> {
     for sign in [1, -1] {

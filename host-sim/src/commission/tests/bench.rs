@@ -142,14 +142,25 @@ fn bench_of(
     (Client::new(Box::new(bench), 1), moved)
 }
 
-/// A small servo: torque constant, resistance and friction within a third of the bench's, the
-/// magnet eccentric in any direction.
+/// A small servo: motor, gears and source differ from those of the board's defaults, the magnet is
+/// eccentric in any direction.
 pub fn secret(seed: u64) -> BoardPlantOptions {
     let mut options = BoardPlantOptions::realistic(seed);
     let mut chance = Noise::new(seed, 41);
     let mut spread = || 1.0 + chance.gaussian(0.15).clamp(-0.33, 0.33);
-    options.drivetrain.electrical.torque_constant_nm_a *= spread();
-    options.drivetrain.electrical.winding_resistance_ohm *= spread();
+    let motor = &mut options.drivetrain.electrical;
+    motor.torque_constant_nm_a *= spread();
+    motor.winding_resistance_ohm *= spread();
+    motor.winding_inductance_h *= spread();
+    // 4.9 V to 7.4 V, four to six cells.
+    motor.supply_v = 6.15 * spread().clamp(0.8, 1.2);
+    options.supply.source_resistance_ohm *= spread();
+    let gears = &mut options.drivetrain.gear_train;
+    // Together with the torque constant still what the plausibility checks of the motor permit.
+    gears.gear_ratio *= 1.0 + (spread() - 1.0) / 3.0;
+    gears.motor_inertia_kg_m2 *= spread();
+    gears.gear_stiffness_nm_deg *= spread();
+    gears.backlash_deg *= 1.0 + 2.0 * (spread() - 0.67) / 0.33;
     // Eccentric in any direction.
     options.encoder.misalignment_first_phase_deg = chance.gaussian(1e3) % 360.0;
     options

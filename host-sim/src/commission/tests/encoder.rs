@@ -5,7 +5,7 @@ use model_core::sensors::encoder::EncoderParameters;
 use model_core::sensors::noise::Noise;
 
 use super::bench::client_within;
-use super::{LIMITS, secret};
+use super::{LIMITS, constant_by_default_ratio, secret};
 use crate::commission::runs::ECCENTRICITY_DEG;
 use crate::commission::{Limits, measure, page};
 
@@ -80,8 +80,7 @@ fn the_error_of_a_magnet_off_its_axis_is_found_within_three_standard_errors() {
             assert!(is_right, "bench {seed}: {harmonic:?} for {truth}");
         }
         // The other steps have the corrected angle.
-        let relative =
-            found.torque_constant_nm_a.value / options.drivetrain.electrical.torque_constant_nm_a;
+        let relative = found.torque_constant_nm_a.value / constant_by_default_ratio(&options);
         assert!((relative - 1.0).abs() < 0.0025, "bench {seed}: {relative}");
         for (object, mdeg) in found.encoder.objects() {
             assert_eq!(client.integer(object).expect("an object") as f64, mdeg);

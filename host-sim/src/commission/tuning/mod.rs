@@ -27,6 +27,7 @@ use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 
 pub use design::{LEAST_GAIN_DB, LEAST_PHASE_DEG};
+pub use twin::DELAY_S;
 pub use verify::Line;
 
 const STEP: &str = "tuning";

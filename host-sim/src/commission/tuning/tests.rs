@@ -1,12 +1,15 @@
 //! Benches with secret parameters, and models of known ones.
 
+use std::time::Duration;
+
+use firmware::capture::Signal;
 use model_core::plant::board::Defects;
 use model_core::sensors::noise::Noise;
 
 use super::design::REACH;
 use super::*;
 use crate::commission::tests::{LIMITS, client, secret};
-use crate::commission::{Contradiction, measure};
+use crate::commission::{Contradiction, measure, write};
 
 const fn exact(value: f64) -> Estimate {
     Estimate {
@@ -118,13 +121,30 @@ fn no_motor_of_the_box_has_less_than_the_least_margins() {
     assert!(least.phase_deg < LEAST_PHASE_DEG, "{least:?}");
 }
 
+/// Changes of the sign of the duty in 2 s of a shaft that has arrived and settled.
+fn changes_at_rest(client: &mut Client) -> usize {
+    client.enable(1).expect("no fault");
+    arrive(client, 12_300).expect("within the range");
+    client.pause(Duration::from_secs(4)).expect("no input");
+    let recorded = record(client, &[Signal::Duty], |client| {
+        client.pause(Duration::from_secs(2))
+    });
+    let (capture, _) = recorded.expect("a capture");
+    let records = capture.records.windows(2);
+    let is_change = |pair: &[Vec<i32>]| i64::from(pair[0][0]) * i64::from(pair[1][0]) < 0;
+    records.filter(|pair| is_change(pair)).count()
+}
+
 #[test]
-fn the_loops_of_secret_benches_have_the_predicted_margins() {
-    for seed in 0..5 {
+fn twenty_loops_have_the_predicted_margins_and_a_shaft_at_rest_keeps_the_sign_of_its_duty() {
+    for seed in 0..20 {
         let options = secret(seed);
         let mut client = client(&options, Defects::default());
-        let found = measure(&mut client, &LIMITS).expect("a good bench");
+        let mut found = measure(&mut client, &LIMITS).expect("a good bench");
         let tuning = tune(&mut client, &found).expect("a tuning");
+        found.tuning = Some(tuning.clone());
+        write(&mut client, &found).expect("it saves");
+        assert_eq!(changes_at_rest(&mut client), 0, "bench {seed}");
         assert!(tuning.disagreements.is_empty(), "bench {seed}: {tuning:#?}");
         assert_eq!(tuning.without_forward, None, "bench {seed}");
         assert_eq!(tuning.objects().len(), GAINS.len() + FORWARD.len());
