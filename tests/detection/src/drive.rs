@@ -1,9 +1,10 @@
 //! The application of the board in a closed loop with the plant, natively.
 
 use firmware::application::{
-    Application, DeadBandSettings, MotorLimits, Outputs, Request, Samples, Settings, Start,
+    Application, DeadBandSettings, MotorLimits, Request, Samples, Settings, Start,
 };
 use firmware::faults::FaultSet;
+use firmware::interface::Telemetry;
 use firmware::measure::MotorConstants;
 use firmware::native;
 use firmware::parameters::{BoardParameters, LimitSettings, ModelSettings};
@@ -89,7 +90,7 @@ impl Drive {
         drive
     }
 
-    fn control_period(&mut self) -> Outputs {
+    fn control_period(&mut self) -> Telemetry {
         let settings = Settings {
             board: &self.parameters,
             motor: &self.motor,
@@ -101,20 +102,20 @@ impl Drive {
         let samples: Samples = native::samples(&self.plant.sampled());
         let outputs = *self.application.control_period(settings, &samples);
         (self.plant).tick(native::bridge(outputs.bridge), &mut |_, _| {});
-        outputs
+        outputs.telemetry
     }
 
     /// One control period with this command.
-    pub fn follow(&mut self, command: Angle) -> FaultSet {
+    pub fn follow(&mut self, command: Angle) -> Telemetry {
         // Refused after a fault.
         let _ = self.application.request(Request::Command(command.into()));
-        self.control_period().telemetry.latched
+        self.control_period()
     }
 
     /// One control period of a task.
     pub fn perform(&mut self, task: Task) -> FaultSet {
         self.period += 1;
-        self.follow(task.command(self.period))
+        self.follow(task.command(self.period)).latched
     }
 
     pub fn defects(&mut self) -> &mut Defects {

@@ -18,14 +18,6 @@ pub enum Kind {
 }
 
 impl Kind {
-    pub const ALL: [Self; 5] = [
-        Self::Drift,
-        Self::Slip,
-        Self::Scale,
-        Self::Play,
-        Self::CurrentGain,
-    ];
-
     /// Name of its file.
     pub fn name(self) -> &'static str {
         match self {
