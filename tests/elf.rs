@@ -29,7 +29,7 @@ const PROGRAMS: [Program; 4] = [
         elf: board_elf,
         script: F427,
         // The slot has 224 KiB, and the buffer of a download 176 KiB.
-        flash: 174 * 1024,
+        flash: 175 * 1024,
         // Beside the buffer of captures; the loop's memory is a region of 4 KiB.
         ram: 16 * 1024,
     },
@@ -37,7 +37,7 @@ const PROGRAMS: [Program; 4] = [
         name: "actuator-board-h743",
         elf: board_h743_elf,
         script: H743,
-        flash: 174 * 1024,
+        flash: 175 * 1024,
         // Beside the buffer of captures; the loop's memory is a region of 4 KiB.
         ram: 28 * 1024,
     },

@@ -7,6 +7,7 @@ mod show;
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::channel;
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use canopen::cob_id;
@@ -14,9 +15,8 @@ use clap::{Args, ValueEnum};
 use virtual_board::can::{Frame, Id};
 use virtual_board::faults::{Planned, parse_plan};
 use virtual_board::plant::BoardPlantOptions;
-use virtual_board::run::{Attachments, Flow, Options, Script, View, run_with};
+use virtual_board::run::{Attachments, Flow, Options, RunSide, Script, View, client, run_with};
 
-use self::link::BoardLink;
 use self::show::RowPrinter;
 use crate::bounded;
 use crate::emulated;
@@ -153,9 +153,14 @@ fn refusal(what: &dyn std::fmt::Display) -> Error {
     Error::Board(what.to_string())
 }
 
+/// The commanded angle of the console, deg.
+type Target = Arc<Mutex<Option<f64>>>;
+
 /// The environment of the board: its bus, the console and the output.
 struct Session {
-    board_link: BoardLink,
+    run_side: RunSide,
+    /// The commanded angle to be shown, deg.
+    target_deg: Target,
     printer: RowPrinter,
     started: Option<Instant>,
 }
@@ -163,12 +168,15 @@ struct Session {
 impl Session {
     fn new(arguments: &Board) -> Self {
         let (typed, lines) = channel();
-        let (link, requests, board_link) = link::connect();
+        let (client_side, run_side) = client();
+        let target_deg = Target::default();
+        let shown = Arc::clone(&target_deg);
         // Both threads end with the program: a read of standard input cannot be interrupted.
         std::thread::spawn(move || console::read(&typed));
-        std::thread::spawn(move || console::run(&lines, link, &requests));
+        std::thread::spawn(move || console::run(&lines, client_side, shown));
         Self {
-            board_link,
+            run_side,
+            target_deg,
             printer: RowPrinter::new(arguments.format),
             started: (arguments.pace == Pace::Real).then(Instant::now),
         }
@@ -200,12 +208,12 @@ impl Script for Session {
         {
             port.send(now_ns, Frame::data_frame(Id::Standard(0), &START));
         }
-        if self.board_link.exchange(view, &sent) == Flow::End {
+        let frames = sent.iter().map(|(_, frame)| *frame);
+        if self.run_side.exchange(view, frames) == Flow::End {
             return Flow::End;
         }
-        let is_open = self
-            .printer
-            .row(view.row, self.board_link.target_deg, &sent);
+        let target_deg = self.target_deg.lock().map_or(None, |target| *target);
+        let is_open = self.printer.row(view.row, target_deg, &sent);
         self.keep_pace(now_ns);
         if is_open { Flow::Continue } else { Flow::End }
     }

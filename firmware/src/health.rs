@@ -1,6 +1,7 @@
 //! The actuator's health: slow means of its measurements in motion, and their change from a
 //! baseline.
 
+mod jam;
 mod motions;
 mod play;
 mod statistics;
@@ -11,6 +12,7 @@ use model_core::{control::encoder_word::Magnet, time::CONTROL_RATE_HZ};
 
 pub use self::motions::Results;
 use self::{
+    jam::Jam,
     motions::{LENGTH, Motions},
     play::Play,
     supply::Supply,
@@ -75,12 +77,13 @@ pub struct Health {
     last_mv: i32,
     supply: Supply,
     play: Play,
+    jam: Jam,
     warnings: u8,
     /// The baseline of friction and constant with which the means have begun.
     baseline: (u16, u32),
 }
 
-/// Bits of the warnings: the quantities that differ from their baseline by more than their level.
+/// Bits of the warnings: a quantity that is beyond its level, or differs from its baseline by more.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Warning {
@@ -96,17 +99,20 @@ pub enum Warning {
     Supply = 4,
     /// Play between motor and shaft.
     Play = 5,
+    /// A shaft that is jammed.
+    Jam = 6,
 }
 
 impl Warning {
     /// All of them.
-    pub const ALL: [Self; 6] = [
+    pub const ALL: [Self; 7] = [
         Self::Friction,
         Self::Constant,
         Self::Load,
         Self::Magnet,
         Self::Supply,
         Self::Play,
+        Self::Jam,
     ];
 
     /// Its bit.
@@ -143,6 +149,7 @@ impl Health {
         if outputs.state != BoardState::Enabled || !t.present.is_empty() || is_torque {
             self.motions.interrupt();
             self.play.interrupt();
+            self.jam = Jam::default();
             if outputs.state == BoardState::Disabled {
                 self.play.idle(t.back_emf_mv, least_mv(model) / REST_SHARE);
             }
@@ -153,6 +160,10 @@ impl Health {
         self.weak.take(i32::from(is_weak) * 1000, self.readings);
         let mean_mv = (t.back_emf_mv + core::mem::replace(&mut self.last_mv, t.back_emf_mv)) / 2;
         let least_mv = least_mv(model);
+        let level = settings.jam_level;
+        if level > 0 && self.jam.observe(t, least_mv, level) {
+            self.warnings |= Warning::Jam.bit();
+        }
         self.play.observe(mean_mv, t.angle);
         self.motions.observe(t, mean_mv, least_mv);
     }

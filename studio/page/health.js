@@ -10,7 +10,7 @@ const HEIGHT = 160;
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 // The quantities: mean, its standard error, baseline, change, level, bit of the warning, and what a
-// unit that is shown has of the object's.
+// unit that is shown has of the object's. A jam has no mean.
 const QUANTITIES = [
   { id: 'friction', name: 'Friction', unit: 'mA', now: '2052:1', error: '2054:1', baseline: '2053:1', change: '2052:6', level: '2053:3', by: 10, bit: 0, needsMotion: true },
   { id: 'load', name: 'Load', unit: 'mA', now: '2052:2', error: '2054:1', level: '2053:5', by: 10, levelBy: 10, levelUnit: 'mA', bit: 2, needsMotion: true },
@@ -18,6 +18,7 @@ const QUANTITIES = [
   { id: 'magnet', name: 'Weak magnet', unit: '%', now: '2052:5', level: '2053:6', by: 10, levelBy: 10, levelUnit: '%', bit: 3 },
   { id: 'supply', name: 'Supply resistance', label: 'Supply', unit: 'mΩ', now: '2052:9', error: '2054:3', baseline: '2053:9', change: '2054:5', changeBy: 1, changeUnit: 'mΩ', level: '2053:7', by: 1, levelBy: 1, levelUnit: 'mΩ', bit: 4, isZeroUnknown: true },
   { id: 'play', name: 'Play', unit: 'deg', now: '2052:10', error: '2054:4', baseline: '2053:10', change: '2054:6', changeBy: 1000, changeUnit: 'deg', level: '2053:8', by: 1000, levelBy: 1000, levelUnit: 'deg', bit: 5, isZeroUnknown: true },
+  { id: 'jam', name: 'Jam', level: '2053:11', levelBy: 1, levelUnit: 'deg/s', bit: 6 },
 ];
 const SAMPLES = '2052:4', WARNINGS = '2052:8', LEAST_SAMPLES = 1024;
 const OBJECTS = [...new Set(QUANTITIES.flatMap(({ now, error, baseline, change, level }) => [now, error, baseline, change, level].filter(Boolean))), SAMPLES, WARNINGS];
@@ -25,13 +26,14 @@ const OBJECTS = [...new Set(QUANTITIES.flatMap(({ now, error, baseline, change, 
 export const healthCard = () => {
   const number = () => h('td', { class: 'number' }, '–');
   const rows = QUANTITIES.map(quantity => ({ ...quantity, cells: { baseline: number(), now: number(), change: number(), samples: number(), level: number() }, warning: h('td'), shown: null }));
+  const plotted = rows.filter(({ now }) => now);
   const plots = h('div', { id: 'health-plots' });
-  let charts = [], times = [], series = rows.map(() => []), node = null, begun = 0;
+  let charts = [], times = [], series = plotted.map(() => []), node = null, begun = 0;
 
   const axis = more => ({ stroke: () => css('--ink'), font: '12px system-ui', labelFont: '12px system-ui', labelSize: 18, labelGap: 0, grid: { stroke: () => css('--grid'), width: 1 }, ticks: { stroke: () => css('--rule'), width: 1 }, ...more });
   const build = () => {
     charts.forEach(chart => chart.destroy());
-    charts = rows.map(({ name, label = name, unit }) => {
+    charts = plotted.map(({ name, label = name, unit }) => {
       const chart = new uPlot({
         width: plots.clientWidth || 600, height: HEIGHT, padding: [6, 10, 0, 0], legend: { show: false }, cursor: { show: false },
         scales: { x: { time: false }, y: { range: (u, low, high) => low == null ? [0, 1] : uPlot.rangeNum(Math.min(low, high - 1e-3), Math.max(high, low + 1e-3), 0.2, false) } },
@@ -44,26 +46,26 @@ export const healthCard = () => {
     });
   };
   const clear = () => {
-    [times, series, begun] = [[], rows.map(() => []), performance.now()];
+    [times, series, begun] = [[], plotted.map(() => []), performance.now()];
     for (const { cells, warning } of rows) { Object.values(cells).forEach(cell => say(cell, '–')); put(warning); }
     rows.forEach(row => { row.shown = null; });
   };
   const present = values => {
     const samples = values[SAMPLES];
-    rows.forEach((row, i) => {
+    for (const row of rows) {
       const { cells, by, bit, changeBy = 10, changeUnit = '%', levelBy = 10, levelUnit = '%' } = row;
       const isKnown = row.needsMotion ? samples >= LEAST_SAMPLES : !row.isZeroUnknown || values[row.now] > 0, level = values[row.level];
-      const now = isKnown ? values[row.now] / by : null, baseline = row.baseline ? values[row.baseline] : 0;
+      const now = row.now && isKnown ? values[row.now] / by : null, baseline = row.baseline ? values[row.baseline] : 0;
       const error = values[row.error] ? ` ± ${short(values[row.error] / by)}` : '';
-      say(cells.now, now == null ? 'not known yet' : `${short(now)}${error} ${row.unit}`);
+      say(cells.now, !row.now ? '–' : now == null ? 'not known yet' : `${short(now)}${error} ${row.unit}`);
       say(cells.baseline, baseline ? `${short(baseline / by)} ${row.unit}` : '–');
       say(cells.change, baseline && isKnown ? `${short(values[row.change] / changeBy)} ${changeUnit}` : '–');
       say(cells.samples, row.needsMotion ? String(samples) : '–');
       say(cells.level, level ? `${short(level / levelBy)} ${levelUnit}` : 'off');
       const isActive = Boolean(values[WARNINGS] >> bit & 1), shown = `${isActive}${level}`;
       if (shown !== row.shown) { row.shown = shown; put(row.warning, isActive ? badge('active', 'warn') : level ? badge('none', 'good') : badge('off')); }
-      series[i].push(now);
-    });
+      if (row.now) series[plotted.indexOf(row)].push(now);
+    }
     times.push((performance.now() - begun) / 1000);
     if (times.length > POINTS) [times, ...series].forEach(values => values.shift());
     if (!charts.length) build();
@@ -74,7 +76,7 @@ export const healthCard = () => {
   };
   const columns = ['Quantity', ...['Baseline', 'Now', 'Change', 'Samples', 'Level'].map(name => ({ name, number: true })), 'Warning'];
   const element = h('section', { class: 'card', id: 'means' }, h('header', {}, h('h2', {}, 'Health')),
-    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s with their standard errors, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 8 are among the parameters.'),
+    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s with their standard errors, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 8 and 11 are among the parameters.'),
     table(columns, h('tbody', {}, rows.map(({ name, cells, warning }) => h('tr', {}, h('td', {}, name), ...Object.values(cells), warning)))),
     plots, h('div', { class: 'row' }, saving(plots, 'health')));
   return {

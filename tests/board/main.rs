@@ -7,6 +7,7 @@ mod bit_exact;
 mod bring_up;
 mod bus;
 mod chain;
+mod commissioning;
 mod counters;
 mod disturbed;
 mod encoder_against_motor;

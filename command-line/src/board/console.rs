@@ -6,9 +6,11 @@ use std::sync::mpsc::{Receiver, Sender, TryRecvError};
 use std::time::Duration;
 
 use canopen::cia402::{controlword, statusword};
-use host_sim::can::client::Client;
+use host_sim::can::client::{Client, ClientError};
+use virtual_board::run::{ClientSide, Requests};
 
-use super::link::{Request, VirtualLink};
+use super::Target;
+use super::link::VirtualLink;
 use crate::can::record;
 use crate::error::Error;
 
@@ -86,21 +88,24 @@ pub(super) fn read(lines: &Sender<String>) {
 }
 
 /// Executes the lines until the run ends.
-pub(super) fn run(lines: &Receiver<String>, link: VirtualLink, requests: &Sender<Request>) {
+pub(super) fn run(lines: &Receiver<String>, side: ClientSide, target_deg: Target) {
+    let requests = side.requests();
     let mut console = Console {
-        client: Client::new(Box::new(link), NODE),
+        client: Client::new(Box::new(VirtualLink(side)), NODE),
         requests,
+        target_deg,
     };
     // The end of the run ends the link.
     let _ = console.run(lines);
 }
 
-struct Console<'a> {
+struct Console {
     client: Client,
-    requests: &'a Sender<Request>,
+    requests: Requests,
+    target_deg: Target,
 }
 
-impl Console<'_> {
+impl Console {
     fn run(&mut self, lines: &Receiver<String>) -> Result<(), Error> {
         self.wait_for_start()?;
         loop {
@@ -156,8 +161,11 @@ impl Console<'_> {
                 note!("capture: {}: {rows} records", path.display());
                 Ok(())
             }
-            Command::Servo(pulse_us) => self.request(Request::Servo(pulse_us)),
-            Command::End => self.request(Request::End),
+            Command::Servo(pulse_us) => {
+                let set = self.requests.act(move |view| view.set_servo_us(pulse_us));
+                Ok(set.map_err(ClientError::from)?)
+            }
+            Command::End => Ok(self.requests.end().map_err(ClientError::from)?),
         }
     }
 
@@ -165,14 +173,10 @@ impl Console<'_> {
         if self.client.status()? & statusword::OPERATION_ENABLED == 0 {
             return Ok(self.client.fail_in_state("type `enable` first")?);
         }
-        self.request(Request::ShowTarget(deg))?;
+        if let Ok(mut target_deg) = self.target_deg.lock() {
+            *target_deg = Some(deg);
+        }
         Ok(self.client.move_to((deg * 1e3).round() as i32)?)
-    }
-
-    fn request(&self, request: Request) -> Result<(), Error> {
-        // An error means that the run has ended.
-        let _ = self.requests.send(request);
-        Ok(())
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
 use clap::Args;
 use serde_json::json;
@@ -13,7 +15,7 @@ use crate::output::print;
 use crate::{interrupt, origin};
 use host_sim::can::client::{Client, ClientError};
 use host_sim::commission::{
-    self, Baseline, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Tuning,
+    self, Baseline, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Request, Tuning,
 };
 use host_sim::file;
 
@@ -52,12 +54,19 @@ pub struct Commission {
     /// Writes a self-contained page with all figures
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
+    /// Waits until a master writes 1 to 2055h, commissions, writes 3 there (saved) or 4 (refused),
+    /// and waits again
+    #[arg(long, conflicts_with = "dry_run")]
+    on_request: bool,
     #[command(flatten)]
     at: AtNode,
 }
 
+/// Time between two reads of 2055h.
+const BETWEEN_READS: Duration = Duration::from_millis(200);
+
 impl Commission {
-    /// Commissions the actuator.
+    /// Commissions the actuator, once or at each request.
     ///
     /// # Errors
     /// For an invalid number, the refusals of the steps; those of the bus and the actuator.
@@ -66,20 +75,44 @@ impl Commission {
         let html = self.html.iter().map(|path| ("--html", path.as_path()));
         file::check(&html.collect::<Vec<_>>(), [])?;
         let mut client = self.at.open()?;
-        let kept = Kept::of(&mut client)?;
+        if !self.on_request {
+            return self.commission(&mut client, &limits);
+        }
+        let stop = interrupt::stop()?;
+        while !stop.load(Ordering::Relaxed) {
+            if !Request::is_pending(&mut client)? {
+                client.pause(BETWEEN_READS)?;
+                continue;
+            }
+            Request::Running.report(&mut client)?;
+            let result = self.commission(&mut client, &limits);
+            match result {
+                Ok(()) => Request::Saved.report(&mut client)?,
+                Err(_) => Request::Refused.report(&mut client)?,
+            }
+            match result {
+                Err(Error::Refused(why)) => note!("{why}"),
+                result => result?,
+            }
+        }
+        Ok(())
+    }
+
+    fn commission(&self, client: &mut Client, limits: &Limits) -> Result<(), Error> {
+        let kept = Kept::of(client)?;
         let find = |client: &mut Client| {
-            commission::find(client, &limits, (&kept, !self.no_tuning), |_| {})
+            commission::find(client, limits, (&kept, !self.no_tuning), |_| {})
         };
         let findings = client.supervised(interrupt::stop()?, find, Client::quick_stop);
-        let restored = kept.restore(&mut client);
+        let restored = kept.restore(client);
         let findings = match (findings, restored) {
             (Ok(findings), Ok(())) => findings,
             (Ok(_), Err(error)) => return Err(error.into()),
             (Err(error), restored) => return Err(behind(error, restored)),
         };
         if !self.dry_run {
-            let written = commission::write(&mut client, &findings);
-            written.map_err(|error| behind(error, kept.restore(&mut client)))?;
+            let written = commission::write(client, &findings);
+            written.map_err(|error| behind(error, kept.restore(client)))?;
         }
         if let Some(path) = &self.html {
             let origin = origin::of_this_run();

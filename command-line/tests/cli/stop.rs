@@ -115,3 +115,23 @@ fn an_interrupted_commissioning_stops_the_shaft_and_restores_the_objects() {
     assert!(!moves(&served));
     assert_eq!(objects.map(|object| served.text(object)), before);
 }
+
+/// The shaft is at 0 deg, outside the range: the first step refuses.
+#[test]
+fn each_request_of_a_master_is_answered_and_the_program_waits_for_the_next() {
+    let served = Served::new(&[]);
+    let mut program = spawn(&served, "commission --range 100 190 --on-request");
+    for _ in 0..2 {
+        served.text("set 2055=1");
+        let is_refused = |_| {
+            thread::sleep(Duration::from_millis(100));
+            served.text("get 2055").starts_with('4')
+        };
+        assert!((0..100).any(is_refused));
+    }
+    assert!(program.try_wait().expect("a state").is_none());
+    let pid = program.id().to_string();
+    let killed = Command::new("kill").args(["-s", "TERM", &pid]).status();
+    assert!(killed.expect("kill").success());
+    assert_eq!(program.wait().expect("it ends").code(), Some(0));
+}

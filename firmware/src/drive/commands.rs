@@ -55,6 +55,7 @@ impl Drive<'_> {
             DriveCommand::TargetTorque => torque(self.targets.torque),
             DriveCommand::TorqueOffset => torque(self.targets.torque_offset),
             DriveCommand::TouchProbe => u64::from(self.touch_probes.function()),
+            DriveCommand::Commissioning => u64::from(self.commissioning),
             DriveCommand::AbortConnection => signed(self.abort_connection()),
         }
     }
@@ -80,6 +81,7 @@ impl Drive<'_> {
                 return self.service.attempt(value as u32, password);
             }
             DriveCommand::TouchProbe => return self.touch_probes.set(value as u16),
+            DriveCommand::Commissioning => self.commissioning = value as u8,
             DriveCommand::ClearPoints if value == 0 => self.points.clear(),
             DriveCommand::ClearPoints => {}
             DriveCommand::AbortConnection => return self.set_abort_connection(value as i32),
@@ -295,6 +297,7 @@ fn commands_motion(command: DriveCommand, value: u64) -> bool {
         | DriveCommand::DownloadOffset
         | DriveCommand::ServicePassword
         | DriveCommand::TouchProbe
+        | DriveCommand::Commissioning
         | DriveCommand::ClearPoints
         | DriveCommand::AbortConnection => false,
     }

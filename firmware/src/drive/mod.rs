@@ -110,6 +110,8 @@ pub struct Drive<'a> {
     targets: Targets,
     points: Points,
     touch_probes: TouchProbes,
+    /// Object 2055h, by which a master and the program that commissions agree.
+    commissioning: u8,
     model: MotorModel,
     health: Health,
     store: ParameterStore,
@@ -151,6 +153,7 @@ impl<'a> Drive<'a> {
             targets: Targets::default(),
             points: Points::default(),
             touch_probes: TouchProbes::default(),
+            commissioning: 0,
             model: MotorModel::default(),
             health: Health::default(),
             store: ParameterStore::new(stored),

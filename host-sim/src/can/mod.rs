@@ -18,6 +18,7 @@ pub mod mapped;
 pub mod motor_objects;
 pub mod multicast;
 pub mod names;
+pub mod native_link;
 pub mod native_node;
 pub mod node_fault;
 pub mod scan;

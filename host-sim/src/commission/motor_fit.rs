@@ -25,12 +25,22 @@ const SUPPLY_V: f64 = 10.0;
 /// Starting value of the backlash, one count of the encoder, deg: without any it has no slope.
 const START_BACKLASH_DEG: f64 = 0.1;
 
-/// The delay of the board's timing: within a PWM period a drive begins at its start.
+/// Length of a PWM period, s.
+const PWM_PERIOD_S: f64 = 1.0 / PWM_RATE_HZ as f64;
+
+/// The delay of the board's timing. A drive begins at the start of a PWM period: its middle is up
+/// to half of one earlier than that of the period.
 pub fn timing() -> Estimate {
     Estimate {
         value: DELAY_S,
-        standard_error: uniform(0.5 / f64::from(PWM_RATE_HZ)),
+        standard_error: uniform(PWM_PERIOD_S / 2.0),
     }
+}
+
+/// The same differs between two recordings, whose duties differ: from the mean of all duties by a
+/// quarter of a period at most.
+fn of_duties_s() -> f64 {
+    uniform(PWM_PERIOD_S / 4.0)
 }
 
 /// Where the search starts.
@@ -175,7 +185,7 @@ impl Fitted {
             let of_motor = of_resistance.hypot(shift(&with_constant).abs() + of_angle);
             Ok::<_, CommissionError>(Fitting {
                 value,
-                of_fit: standard_error,
+                of_fit: standard_error.hypot(if name == DELAY { of_duties_s() } else { 0.0 }),
                 of_temperature: of_resistance * share * uniform(COPPER_K * TEMPERATURE_K),
                 of_held: of_motor.hypot(of_delay),
             })

@@ -8,7 +8,7 @@ use model_core::plant::board::{BoardPlantOptions, Defects};
 use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::sensors::adc::AdcCode;
 
-pub use self::bench::{LIMITS, client, secret};
+pub use self::bench::{LIMITS, client};
 use self::bench::{client_of, client_within};
 use super::runs::arrive;
 use super::{
@@ -41,10 +41,7 @@ fn compared(
         friction,
         ..
     } = options.drivetrain;
-    let ratio = gear_train.gear_ratio;
-    let inertia_kg_m2 = gear_train.motor_inertia_kg_m2 * ratio * ratio
-        + gear_train.output_inertia_kg_m2
-        + gear_train.load_inertia_kg_m2;
+    let inertia_kg_m2 = gear_train.inertia_kg_m2();
     // A duty takes effect after a PWM period; the encoder's angle is 384 us old.
     let delay_s = 1.384e-3;
     let coulomb_nm = friction.coulomb_friction_nm + gear_train.bearing_friction_nm;
@@ -77,7 +74,7 @@ fn compared(
 fn all_values_of_twenty_benches_are_within_three_standard_errors() {
     let mut wrong = Vec::new();
     for seed in 0..20 {
-        let options = secret(seed);
+        let options = BoardPlantOptions::another_servo(seed);
         let found = measure(&mut client(&options, Defects::default()), &LIMITS);
         let found = found.unwrap_or_else(|error| panic!("bench {seed}: {error}"));
         let contradictions = &found.dynamics.contradictions;
@@ -104,7 +101,7 @@ fn all_values_of_twenty_benches_are_within_three_standard_errors() {
 #[test]
 fn with_a_centred_magnet_the_torque_constant_is_within_a_quarter_of_a_percent() {
     for seed in 0..5 {
-        let mut options = secret(seed);
+        let mut options = BoardPlantOptions::another_servo(seed);
         options.encoder.misalignment_first_deg = 0.0;
         let found = measure(&mut client(&options, Defects::default()), &LIMITS);
         let value = found.expect("a good bench").torque_constant_nm_a.value;
@@ -117,7 +114,7 @@ fn with_a_centred_magnet_the_torque_constant_is_within_a_quarter_of_a_percent() 
 #[test]
 fn with_a_magnet_at_its_tolerance_the_inertia_is_within_two_standard_errors() {
     for phase_deg in [0.0, 180.0] {
-        let mut options = secret(0);
+        let mut options = BoardPlantOptions::another_servo(0);
         options.encoder.misalignment_first_deg = super::runs::ECCENTRICITY_DEG;
         options.encoder.misalignment_first_phase_deg = phase_deg;
         let found = measure(&mut client(&options, Defects::default()), &LIMITS);
@@ -189,7 +186,7 @@ fn a_broken_bench_is_refused_by_its_name() {
         (-1.0, Defects::default(), "the encoder is reversed"),
     ];
     for (seed, (direction, defects, word)) in (20..).zip(broken) {
-        let mut options = secret(seed);
+        let mut options = BoardPlantOptions::another_servo(seed);
         options.encoder.magnet_direction = direction;
         let error = measure(&mut client(&options, defects), &LIMITS).expect_err(word);
         assert!(matches!(error, CommissionError::Refused { .. }), "{error}");
@@ -199,7 +196,7 @@ fn a_broken_bench_is_refused_by_its_name() {
 
 #[test]
 fn only_the_write_changes_what_the_actuator_keeps() {
-    let mut client = client(&secret(3), Defects::default());
+    let mut client = client(&BoardPlantOptions::another_servo(3), Defects::default());
     let model = |client: &mut Client| {
         let value = client.get(names::find("2011:2").expect("an object"));
         value.expect("a value").to_string()
@@ -256,7 +253,7 @@ fn only_the_write_changes_what_the_actuator_keeps() {
 #[test]
 fn the_shaft_moves_for_less_than_two_minutes_and_not_beyond_the_rate_that_was_set() {
     for (seed, half_deg) in [(0, 45), (1, 45), (2, 160)] {
-        let mut options = secret(seed);
+        let mut options = BoardPlantOptions::another_servo(seed);
         options.drivetrain.gear_train.hard_stop_deg = 170.0;
         let (mut client, moved) = bench::observed_client(&options, half_deg.into());
         let limits = Limits {
@@ -282,7 +279,7 @@ fn the_baseline_is_that_of_later_moves_and_stays_where_these_do_not_show_it() {
     const BEFORE: [(&str, i64); 2] = [("2053:9", 900), ("2053:10", 700)];
     let (mut with_supply, mut kept_before) = (0, 0);
     for seed in 0..5 {
-        let mut client = client(&secret(seed), Defects::default());
+        let mut client = client(&BoardPlantOptions::another_servo(seed), Defects::default());
         client.write("6081", "90000").expect("in range");
         for (object, value) in BEFORE {
             client.write(object, &value.to_string()).expect("in range");
@@ -338,7 +335,7 @@ fn the_baseline_is_that_of_later_moves_and_stays_where_these_do_not_show_it() {
 
 #[test]
 fn the_page_shows_each_value_with_its_error_the_loop_and_what_is_not_written() {
-    let mut client = client(&secret(0), Defects::default());
+    let mut client = client(&BoardPlantOptions::another_servo(0), Defects::default());
     let mut found = measure(&mut client, &LIMITS).expect("a good bench");
     found.tuning = Some(tune(&mut client, &found).expect("a tuning"));
     found.dynamics.contradictions.push(Contradiction {
@@ -372,8 +369,11 @@ fn the_page_shows_each_value_with_its_error_the_loop_and_what_is_not_written() {
 
 #[test]
 fn what_is_contradicted_or_not_known_is_not_stored() {
-    let mut found =
-        measure(&mut client(&secret(4), Defects::default()), &LIMITS).expect("a good bench");
+    let mut found = measure(
+        &mut client(&BoardPlantOptions::another_servo(4), Defects::default()),
+        &LIMITS,
+    )
+    .expect("a good bench");
     let objects = |found: &Findings| -> Vec<_> {
         found
             .objects()
@@ -408,7 +408,7 @@ fn without_a_range_the_stops_are_found_and_the_range_lies_within_them() {
         ..LIMITS
     };
     for (seed, stop_deg) in [(0, 30.0), (1, 75.0), (2, 120.0)] {
-        let mut options = secret(seed);
+        let mut options = BoardPlantOptions::another_servo(seed);
         options.drivetrain.gear_train.hard_stop_deg = stop_deg;
         let mut client = client_within(&options, Defects::default(), stop_deg);
         let found = measure(&mut client, &FIND).expect("a good bench");
@@ -422,7 +422,7 @@ fn without_a_range_the_stops_are_found_and_the_range_lies_within_them() {
             );
         }
     }
-    let mut options = secret(3);
+    let mut options = BoardPlantOptions::another_servo(3);
     options.drivetrain.gear_train.hard_stop_deg = 30_000.0;
     let error = measure(
         &mut client_within(&options, Defects::default(), 400.0),
@@ -438,7 +438,7 @@ fn a_shaft_that_sticks_is_not_at_its_stop() {
         range_mdeg: None,
         ..LIMITS
     };
-    let mut options = secret(1);
+    let mut options = BoardPlantOptions::another_servo(1);
     options.drivetrain.gear_train.hard_stop_deg = 75.0;
     let mut client = client_of(&options, Defects::default(), 75.0, Some(40.0));
     let error = measure(&mut client, &FIND).expect_err("no stop at 40 deg");
@@ -451,7 +451,7 @@ fn a_shaft_that_sticks_is_not_at_its_stop() {
 fn the_stored_pair_of_frictions_makes_the_torque_of_the_runs() {
     let held_nm_s = 0.01;
     for seed in 0..3 {
-        let options = secret(seed);
+        let options = BoardPlantOptions::another_servo(seed);
         let mut client = client(&options, Defects::default());
         let text = f64::to_string(&held_nm_s);
         client.write("2011:5", &text).expect("in range");

@@ -8,6 +8,7 @@ use model_core::plant::board::BoardPlantOptions;
 use model_core::sensors::noise::Noise;
 
 use crate::drive::{Drive, PERIOD_S};
+use crate::jam::{JAM_LEVEL, JamWarning};
 
 /// Control periods in which a gust changes the load, as a half of 1 - cos (CS-VLA 333): 12.5 mean
 /// chords of 0.2 m at 25 m/s are 0.1 s.
@@ -16,11 +17,35 @@ const GUST_PERIODS: f64 = 25.0;
 /// Moment of inertia of a control surface of 50 mm chord and 20 g about its hinge, m c^2/3, kg m^2.
 const SURFACE_KG_M2: f64 = 0.02 * 0.05 * 0.05 / 3.0;
 
-/// Faults of an hour of an intact drive in flight-like motion, with the worst parameters: constant,
+/// Levels of the warning of a jam, deg/s: the recommended one, and lower ones, which show how far it
+/// is from the first false warning.
+pub const JAM_LEVELS: [u16; 5] = [JAM_LEVEL, 30, 28, 26, 24];
+
+/// What an hour of an intact drive shows.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Alarms {
+    /// Faults.
+    pub faults: u64,
+    /// Warnings of a jam at each of the levels.
+    pub jams: [u64; JAM_LEVELS.len()],
+}
+
+impl std::ops::Add for Alarms {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            faults: self.faults + other.faults,
+            jams: std::array::from_fn(|level| self.jams[level] + other.jams[level]),
+        }
+    }
+}
+
+/// Faults and warnings of an hour of an intact drive in flight-like motion, with the worst parameters: constant,
 /// resistance and inductance of the motor each off by 30 %, in all eight combinations, a degree of
 /// play in the gears, and loads of up to a third of the stall torque of that motor, another one
 /// every 0.1 to 1 s.
-pub fn alarms(hour: u32) -> u64 {
+pub fn alarms(hour: u32) -> Alarms {
     let mut chance = Noise::new(u64::from(hour), 77);
     let mut uniform = || (chance.gaussian(1.0) / 3.0).clamp(-1.0, 1.0);
     let mut options = BoardPlantOptions::realistic(u64::from(hour));
@@ -38,7 +63,9 @@ pub fn alarms(hour: u32) -> u64 {
     let greatest_nm = 0.3 * constant / resistance;
     let mut command_deg = flight_like(hour.into());
     let mut drive = Drive::enabled(&options);
-    let (mut found, mut period, mut before_nm) = (0, 0_u32, 0.0);
+    let mut found = Alarms::default();
+    let mut jams = JAM_LEVELS.map(JamWarning::at);
+    let (mut period, mut before_nm) = (0_u32, 0.0);
     while f64::from(period) * PERIOD_S < 3600.0 {
         let load_nm = greatest_nm * uniform();
         let lasts = GUST_PERIODS + 225.0 * uniform().abs();
@@ -48,11 +75,14 @@ pub fn alarms(hour: u32) -> u64 {
             drive.defects().torque_nm = before_nm + share * (load_nm - before_nm);
             let command = angle(command_deg(f64::from(period) * PERIOD_S));
             period += 1;
-            let faults = drive.follow(command).latched;
+            let faults = drive.follow(command);
+            for (jam, count) in jams.iter_mut().zip(&mut found.jams) {
+                *count += u64::from(jam.begins(&drive.outputs));
+            }
             if !faults.is_empty() {
                 let names: Vec<_> = faults.iter().map(|fault| format!("{fault:?}")).collect();
                 println!("hour {hour}: {} after {period} periods", names.join(", "));
-                found += 1;
+                found.faults += 1;
                 drive = Drive::enabled(&options);
             }
         }

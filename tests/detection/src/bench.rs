@@ -1,49 +1,12 @@
 //! An actuator on the bus, whose time goes on while its client waits, and that moves to and fro.
 
-use std::io;
 use std::time::Duration;
 
-use canopen::{CanFrame, NodeId};
+use canopen::NodeId;
 use host_sim::can::client::{Client, ClientError};
-use host_sim::can::link::Link;
+use host_sim::can::native_link::NativeLink;
 use host_sim::can::native_node::NativeNode;
 use model_core::plant::board::BoardPlantOptions;
-use model_core::time::CONTROL_PERIOD_US;
-
-/// A bus of one node.
-struct Bus(NativeNode<'static>);
-
-impl Bus {
-    fn step(&mut self) {
-        self.0.step(self.0.next_us());
-    }
-}
-
-impl Link for Bus {
-    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
-        self.0.receive(frame);
-        Ok(())
-    }
-
-    fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
-        let end_us = self.0.next_us() + timeout.as_micros() as u64;
-        loop {
-            let frame = self.0.transmit();
-            if frame.is_some() || self.0.next_us() > end_us {
-                return Ok(frame);
-            }
-            self.step();
-        }
-    }
-
-    fn pause(&mut self, time: Duration) -> io::Result<()> {
-        for _ in 0..time.as_micros() / u128::from(CONTROL_PERIOD_US) {
-            self.step();
-            while self.0.transmit().is_some() {}
-        }
-        Ok(())
-    }
-}
 
 /// A client of an actuator on this plant, which has been at rest with the bridge off for 0.4 s.
 ///
@@ -55,7 +18,7 @@ impl Link for Bus {
 pub fn client(options: &BoardPlantOptions) -> Result<Client, ClientError> {
     // Nothing is captured.
     let node = NativeNode::new(1, NodeId::new(1), options, &mut []).expect("in range");
-    let mut client = Client::new(Box::new(Bus(node)), 1);
+    let mut client = Client::new(Box::new(NativeLink::new(node, |_| {})), 1);
     client.pause(Duration::from_millis(400))?;
     Ok(client)
 }

@@ -1,10 +1,9 @@
 //! The application of the board in a closed loop with the plant, natively.
 
 use firmware::application::{
-    Application, DeadBandSettings, MotorLimits, Request, Samples, Settings, Start,
+    Application, DeadBandSettings, MotorLimits, Outputs, Request, Samples, Settings, Start,
 };
 use firmware::faults::FaultSet;
-use firmware::interface::Telemetry;
 use firmware::measure::MotorConstants;
 use firmware::native;
 use firmware::parameters::{BoardParameters, LimitSettings, ModelSettings};
@@ -62,6 +61,8 @@ pub struct Drive {
     limits: MotorLimits,
     plant: SampledBoardPlant,
     period: u32,
+    /// Those of the last control period.
+    pub outputs: Outputs,
 }
 
 impl Drive {
@@ -79,6 +80,7 @@ impl Drive {
             parameters,
             plant: SampledBoardPlant::new(plant, &mut |_, _| {}),
             period: 0,
+            outputs: Outputs::default(),
         };
         for _ in 0..100 {
             drive.control_period();
@@ -90,7 +92,7 @@ impl Drive {
         drive
     }
 
-    fn control_period(&mut self) -> Telemetry {
+    fn control_period(&mut self) {
         let settings = Settings {
             board: &self.parameters,
             motor: &self.motor,
@@ -100,22 +102,22 @@ impl Drive {
             observes_rate: false,
         };
         let samples: Samples = native::samples(&self.plant.sampled());
-        let outputs = *self.application.control_period(settings, &samples);
-        (self.plant).tick(native::bridge(outputs.bridge), &mut |_, _| {});
-        outputs.telemetry
+        self.outputs = *self.application.control_period(settings, &samples);
+        (self.plant).tick(native::bridge(self.outputs.bridge), &mut |_, _| {});
     }
 
-    /// One control period with this command.
-    pub fn follow(&mut self, command: Angle) -> Telemetry {
+    /// One control period with this command; returns the latched faults.
+    pub fn follow(&mut self, command: Angle) -> FaultSet {
         // Refused after a fault.
         let _ = self.application.request(Request::Command(command.into()));
-        self.control_period()
+        self.control_period();
+        self.outputs.telemetry.latched
     }
 
     /// One control period of a task.
     pub fn perform(&mut self, task: Task) -> FaultSet {
         self.period += 1;
-        self.follow(task.command(self.period)).latched
+        self.follow(task.command(self.period))
     }
 
     pub fn defects(&mut self) -> &mut Defects {

@@ -3,6 +3,9 @@
 //! The command begins at rest and turns at this rate on and on, so the error of the angle grows
 //! from the jam on.
 
+use firmware::application::Outputs;
+use firmware::health::{Health, Warning};
+use firmware::parameters::{HealthSettings, ModelSettings, ObjectValues};
 use host_sim::plot::{Figure, Panel, Scale, Series};
 use indicatif::ParallelProgressIterator;
 use model_core::control::units::angle;
@@ -10,6 +13,39 @@ use model_core::plant::board::BoardPlantOptions;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use crate::drive::{Drive, PERIOD_S};
+
+/// Level of the warning, 2053h:11, deg/s.
+pub const JAM_LEVEL: u16 = 34;
+
+/// The warning of the health.
+#[derive(Debug)]
+pub struct JamWarning {
+    settings: HealthSettings,
+    health: Health,
+    is_active: bool,
+}
+
+impl JamWarning {
+    /// That at a level, deg/s.
+    pub fn at(level: u16) -> Self {
+        Self {
+            settings: HealthSettings {
+                jam_level: level,
+                ..ObjectValues::DEFAULT.health
+            },
+            health: Health::default(),
+            is_active: false,
+        }
+    }
+
+    /// Takes a control period; returns whether the warning begins.
+    pub fn begins(&mut self, outputs: &Outputs) -> bool {
+        self.health
+            .observe(&self.settings, &ModelSettings::DEFAULT, outputs);
+        let is_active = self.health.warnings() & Warning::Jam.bit() != 0;
+        is_active && !std::mem::replace(&mut self.is_active, is_active)
+    }
+}
 
 /// Rates of the command, deg/s.
 const RATES_DEG_S: [f64; 10] = [5.0, 7.0, 10.0, 15.0, 20.0, 30.0, 50.0, 70.0, 100.0, 200.0];
@@ -28,39 +64,49 @@ const JAM_DEG: f64 = 50.0;
 /// The greatest time to a report, s.
 const LONGEST_S: f64 = 10.0;
 
-/// Time from the jam to the report, ms, and how far the shaft is behind then, deg; NaN without a
-/// report.
-fn run(rate_deg_s: f64, torque_nm: f64, seed: u64) -> (f64, f64) {
+/// Times from the jam to the warning and to the fault, ms, and how far the shaft is behind then,
+/// deg; NaN without a report.
+fn run(rate_deg_s: f64, torque_nm: f64, seed: u64) -> [f64; 3] {
     let mut drive = Drive::enabled(&BoardPlantOptions::realistic(seed));
     drive.defects().torque_nm = torque_nm;
     let from = ((JAM_DEG + seed as f64) / rate_deg_s / PERIOD_S) as u32;
     let until = from + (LONGEST_S / PERIOD_S) as u32;
+    let (mut warning, mut warned_ms) = (JamWarning::at(JAM_LEVEL), f64::NAN);
     for period in 0..until {
         drive.defects().is_jammed = period >= from;
         let command_deg = rate_deg_s * f64::from(period) * PERIOD_S;
-        if !drive.follow(angle(command_deg)).latched.is_empty() {
-            assert!(period >= from, "a report before the jam");
-            let reported_s = f64::from(period + 1 - from) * PERIOD_S;
-            return (reported_s * 1e3, command_deg - drive.angle_deg());
+        let is_fault = !drive.follow(angle(command_deg)).is_empty();
+        let is_warned = warning.begins(&drive.outputs);
+        assert!(period >= from || !is_fault && !is_warned, "before the jam");
+        let since_ms = (f64::from(period + 1) - f64::from(from)) * PERIOD_S * 1e3;
+        if is_warned {
+            warned_ms = since_ms;
+        }
+        if is_fault {
+            return [warned_ms, since_ms, command_deg - drive.angle_deg()];
         }
     }
-    (f64::NAN, f64::NAN)
+    [warned_ms, f64::NAN, f64::NAN]
 }
 
-/// The greatest of both; NaN if one is.
-fn worst(results: &[(f64, f64)]) -> (f64, f64) {
+/// The greatest of each; NaN if one is.
+fn worst(results: &[[f64; 3]]) -> [f64; 3] {
     let greater = |a: f64, b: f64| if b.is_nan() || b > a { b } else { a };
-    let both = |(ms, deg), &(other_ms, other_deg)| (greater(ms, other_ms), greater(deg, other_deg));
-    results.iter().fold((0.0, 0.0), both)
+    let column = |at: usize| results.iter().map(|row| row[at]).fold(0.0, greater);
+    [0, 1, 2].map(column)
 }
 
-/// The latest report, and how far a shaft was behind, by the rate of the command.
+/// The latest warning and fault, and how far a shaft was behind, by the rate of the command.
 pub fn figure(seeds: u64) -> Figure {
     let title = "The gear train jams in motion";
-    let mut time = Panel::new("reported after (ms)");
-    let mut behind = Panel::new("shaft behind (deg)");
+    let mut panels = [
+        "warned after (ms)",
+        "fault after (ms)",
+        "shaft behind (deg)",
+    ]
+    .map(Panel::new);
     for (colour, (load, torque_nm)) in LOADS.into_iter().enumerate() {
-        let worst: Vec<(f64, f64)> = RATES_DEG_S
+        let worst: Vec<[f64; 3]> = RATES_DEG_S
             .par_iter()
             .progress()
             .map(|&rate_deg_s| {
@@ -69,15 +115,22 @@ pub fn figure(seeds: u64) -> Figure {
                 worst(&results)
             })
             .collect();
-        for (rate_deg_s, (ms, deg)) in RATES_DEG_S.iter().zip(&worst) {
-            println!("{title}; {load}; {rate_deg_s}; {ms:.0} ms; {deg:.1} deg");
+        for (rate_deg_s, [warned_ms, fault_ms, deg]) in RATES_DEG_S.iter().zip(&worst) {
+            println!(
+                "{title}; {load}; {rate_deg_s}; {warned_ms:.0}; {fault_ms:.0} ms; {deg:.1} deg"
+            );
         }
-        let (times, angles): (Vec<f64>, Vec<f64>) = worst.into_iter().unzip();
-        time = time.series(Series::new(load, colour, &RATES_DEG_S, &times));
-        behind = behind.series(Series::new(load, colour, &RATES_DEG_S, &angles));
+        let mut at = 0;
+        panels = panels.map(|panel| {
+            let values: Vec<f64> = worst.iter().map(|row| row[at]).collect();
+            at += 1;
+            panel.series(Series::new(load, colour, &RATES_DEG_S, &values))
+        });
     }
+    let [warned, fault, behind] = panels;
     let mut figure = Figure::new(title, "rate of the command (deg/s)")
-        .panel(time)
+        .panel(warned)
+        .panel(fault)
         .panel(behind);
     figure.x_scale = Scale::Log;
     figure

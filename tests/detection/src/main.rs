@@ -11,8 +11,8 @@ mod sensors;
 mod wear;
 
 use std::fs;
+use std::ops::Add;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -20,6 +20,7 @@ use host_sim::plot::{Figure, svg};
 use indicatif::ParallelProgressIterator;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use alarms::{Alarms, JAM_LEVELS, alarms};
 use fault::Kind;
 use wear::Wear;
 
@@ -93,15 +94,13 @@ fn main() -> std::io::Result<()> {
         }
     }
     if options.hours > 0 {
-        let found = AtomicU64::new(0);
-        (0..options.hours)
-            .into_par_iter()
-            .progress()
-            .for_each(|hour| {
-                found.fetch_add(alarms::alarms(hour), Ordering::Relaxed);
-            });
-        let found = found.into_inner();
-        println!("{found} alarms in {} h of intact drives", options.hours);
+        let hours = (0..options.hours).into_par_iter().progress();
+        let found = hours.map(alarms).reduce(Alarms::default, Alarms::add);
+        let hours = options.hours;
+        println!("{} alarms in {hours} h of intact drives", found.faults);
+        for (level, count) in JAM_LEVELS.iter().zip(found.jams) {
+            println!("{count} warnings of a jam at {level} deg/s in {hours} h of intact drives");
+        }
     }
     Ok(())
 }

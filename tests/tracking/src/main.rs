@@ -294,9 +294,7 @@ fn bound_hz(amplitude_deg: f64) -> f64 {
         ..
     } = BoardPlantOptions::realistic(0).drivetrain;
     let ratio = gear_train.gear_ratio;
-    let inertia_kg_m2 = gear_train.motor_inertia_kg_m2 * ratio * ratio
-        + gear_train.output_inertia_kg_m2
-        + gear_train.load_inertia_kg_m2;
+    let inertia_kg_m2 = gear_train.inertia_kg_m2();
     let current_a = SOURCE_V / electrical.winding_resistance_ohm;
     let torque_nm = electrical.torque_constant_nm_a * ratio * current_a;
     let acceleration_deg_s2 = (torque_nm / inertia_kg_m2).to_degrees();

@@ -1,6 +1,7 @@
 //! Runs an ELF file on the emulated boards.
 
 mod board_faults;
+mod client;
 mod comm;
 mod driver;
 mod finished;
@@ -21,6 +22,7 @@ use rigless::emulator::{self, Start};
 use rigless::session::Session;
 use rigless::time::VirtualNanos;
 
+pub use client::{ClientSide, Requests, RunSide, client};
 pub use comm::{CommFinished, CommOptions, CommView, SerialScript, run_comm};
 pub use finished::{Finished, Gaps};
 pub use firmware::{Firmware, FirmwareError, Handler};

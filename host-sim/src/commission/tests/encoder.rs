@@ -5,13 +5,13 @@ use model_core::sensors::encoder::EncoderParameters;
 use model_core::sensors::noise::Noise;
 
 use super::bench::client_within;
-use super::{LIMITS, constant_by_default_ratio, secret};
+use super::{LIMITS, constant_by_default_ratio};
 use crate::commission::runs::ECCENTRICITY_DEG;
 use crate::commission::{Limits, measure, page};
 
 /// A magnet off its axis by the whole tolerance, in any direction.
 fn eccentric(seed: u64) -> BoardPlantOptions {
-    let mut options = secret(seed);
+    let mut options = BoardPlantOptions::another_servo(seed);
     let mut chance = Noise::new(seed, 43);
     options.drivetrain.gear_train.hard_stop_deg = 30_000.0;
     let encoder = &mut options.encoder;

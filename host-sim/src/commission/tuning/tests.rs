@@ -8,7 +8,7 @@ use model_core::sensors::noise::Noise;
 
 use super::design::REACH;
 use super::*;
-use crate::commission::tests::{LIMITS, client, secret};
+use crate::commission::tests::{LIMITS, client};
 use crate::commission::{Contradiction, measure, write};
 
 const fn exact(value: f64) -> Estimate {
@@ -22,13 +22,11 @@ const fn exact(value: f64) -> Estimate {
 fn known(plant: &BoardPlantOptions) -> Identified {
     let drivetrain = &plant.drivetrain;
     let (motor, gears) = (&drivetrain.electrical, &drivetrain.gear_train);
-    let ratio = gears.gear_ratio;
-    let beyond_kg_m2 = gears.output_inertia_kg_m2 + gears.load_inertia_kg_m2;
     Identified {
         resistance_ohm: exact(motor.winding_resistance_ohm),
         inductance_h: motor.winding_inductance_h,
-        v_s_rad: exact(motor.torque_constant_nm_a * ratio),
-        inertia_kg_m2: exact(gears.motor_inertia_kg_m2 * ratio * ratio + beyond_kg_m2),
+        v_s_rad: exact(motor.torque_constant_nm_a * gears.gear_ratio),
+        inertia_kg_m2: exact(gears.inertia_kg_m2()),
         viscous_nm_s: exact(drivetrain.friction.viscous_friction_nm_s_deg.to_degrees()),
         delay_s: exact(twin::DELAY_S),
         supply_v: exact(motor.supply_v),
@@ -138,7 +136,7 @@ fn changes_at_rest(client: &mut Client) -> usize {
 #[test]
 fn twenty_loops_have_the_predicted_margins_and_a_shaft_at_rest_keeps_the_sign_of_its_duty() {
     for seed in 0..20 {
-        let options = secret(seed);
+        let options = BoardPlantOptions::another_servo(seed);
         let mut client = client(&options, Defects::default());
         let mut found = measure(&mut client, &LIMITS).expect("a good bench");
         let tuning = tune(&mut client, &found).expect("a tuning");
@@ -173,7 +171,7 @@ fn twenty_loops_have_the_predicted_margins_and_a_shaft_at_rest_keeps_the_sign_of
 
 #[test]
 fn a_motor_that_is_not_the_identified_one_keeps_its_gains() {
-    let mut client = client(&secret(1), Defects::default());
+    let mut client = client(&BoardPlantOptions::another_servo(1), Defects::default());
     let found = measure(&mut client, &LIMITS).expect("a good bench");
     let changed = |change: fn(&mut Findings)| {
         let mut found = found.clone();
@@ -208,7 +206,7 @@ fn a_motor_that_is_not_the_identified_one_keeps_its_gains() {
 
 #[test]
 fn what_is_contradicted_is_not_tuned_and_not_fed_forward() {
-    let mut client = client(&secret(2), Defects::default());
+    let mut client = client(&BoardPlantOptions::another_servo(2), Defects::default());
     let found = measure(&mut client, &LIMITS).expect("a good bench");
     let contradicted = |parameter| {
         let mut found = found.clone();

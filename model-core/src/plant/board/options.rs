@@ -3,6 +3,7 @@
 use crate::plant::drivetrain::DrivetrainParameters;
 use crate::sensors::adc::CurrentSenseParameters;
 use crate::sensors::encoder::EncoderParameters;
+use crate::sensors::noise::Noise;
 
 use super::{HeatParameters, SupplyParameters};
 
@@ -55,7 +56,7 @@ impl BoardPlantOptions {
     /// assert!(BoardPlant::try_new(&a).is_ok());
     /// ```
     pub fn realistic(seed: u64) -> Self {
-        let mut chance = crate::sensors::noise::Noise::new(seed, u64::MAX);
+        let mut chance = Noise::new(seed, u64::MAX);
         // Three standard deviations are a third.
         let mut spread = || 1.0 + chance.gaussian(1.0 / 9.0).clamp(-1.0 / 3.0, 1.0 / 3.0);
         let mut options = Self {
@@ -74,6 +75,38 @@ impl BoardPlantOptions {
         options.supply.source_resistance_ohm = 0.1 * spread();
         options.supply.ripple_v = 0.02;
         options.heat.copper_per_k = 0.0039;
+        options
+    }
+
+    /// As [`Self::realistic`], with another small servo: its motor, gears and source differ from
+    /// the defaults by up to a third, gear ratio and supply by less, as the plausibility checks of
+    /// the motor and the range of the supply permit; the play is up to 0.5 deg, and the magnet is
+    /// eccentric in any direction.
+    ///
+    /// ```
+    /// use model_core::plant::board::BoardPlantOptions;
+    ///
+    /// let options = BoardPlantOptions::another_servo(1);
+    /// let default = BoardPlantOptions::default().drivetrain.electrical;
+    /// assert_ne!(options.drivetrain.electrical, default);
+    /// ```
+    pub fn another_servo(seed: u64) -> Self {
+        let mut options = Self::realistic(seed);
+        let mut chance = Noise::new(seed, 41);
+        let mut uneven = || chance.gaussian(0.15).clamp(-0.33, 0.33);
+        let motor = &mut options.drivetrain.electrical;
+        motor.torque_constant_nm_a *= 1.0 + uneven();
+        motor.winding_resistance_ohm *= 1.0 + uneven();
+        motor.winding_inductance_h *= 1.0 + uneven();
+        // 4.9 V to 7.4 V.
+        motor.supply_v = 6.15 * (1.0 + uneven().clamp(-0.2, 0.2));
+        options.supply.source_resistance_ohm *= 1.0 + uneven();
+        let gears = &mut options.drivetrain.gear_train;
+        gears.gear_ratio *= 1.0 + uneven() / 3.0;
+        gears.motor_inertia_kg_m2 *= 1.0 + uneven();
+        gears.gear_stiffness_nm_deg *= 1.0 + uneven();
+        gears.backlash_deg *= 1.0 + 2.0 * (1.0 + uneven() / 0.33);
+        options.encoder.misalignment_first_phase_deg = chance.gaussian(1e3) % 360.0;
         options
     }
 }

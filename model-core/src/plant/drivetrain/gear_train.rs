@@ -52,6 +52,25 @@ crate::parameters! {
     }
 }
 
+impl GearTrainParameters {
+    /// The inertia of the rotor at the output, kg m^2.
+    fn rotor_kg_m2(&self) -> f64 {
+        self.motor_inertia_kg_m2 * self.gear_ratio * self.gear_ratio
+    }
+
+    /// All inertias at the output, kg m^2: `J_motor N^2 + J_output + J_load`.
+    ///
+    /// ```
+    /// use model_core::plant::drivetrain::DrivetrainParameters;
+    ///
+    /// let kg_m2 = DrivetrainParameters::default().gear_train.inertia_kg_m2();
+    /// assert!((kg_m2 - (2.27e-7 * 320.0 * 320.0 + 4e-6)).abs() < 1e-12);
+    /// ```
+    pub fn inertia_kg_m2(&self) -> f64 {
+        self.rotor_kg_m2() + self.output_inertia_kg_m2 + self.load_inertia_kg_m2
+    }
+}
+
 const RAD: f64 = PI / 180.0;
 
 /// The shortest step: 64 per tick limit a simulated second to below two million steps.
@@ -215,7 +234,7 @@ impl GearTrain {
 
     pub fn new(p: &GearTrainParameters, friction: Friction, load: &Load) -> Self {
         let inertias = [
-            p.motor_inertia_kg_m2 * p.gear_ratio * p.gear_ratio,
+            p.rotor_kg_m2(),
             p.output_inertia_kg_m2,
             p.load_inertia_kg_m2 + load.inertia_kg_m2,
         ];
