@@ -10,13 +10,13 @@ mod supply;
 use canopen::cia402::Mode;
 use model_core::{control::encoder_word::Magnet, time::CONTROL_RATE_HZ};
 
-pub use self::motions::Results;
 use self::{
     jam::Jam,
     motions::{LENGTH, Motions},
     play::Play,
     supply::Supply,
 };
+pub use self::{jam::LEVEL_DEG_S as JAM_LEVEL_DEG_S, motions::Results};
 use crate::{
     application::{BoardState, Outputs},
     parameters::{HealthSettings, ModelSettings},
@@ -158,11 +158,20 @@ impl Health {
         self.readings = self.readings.saturating_add(1).min(LENGTH);
         let is_weak = t.magnet == Magnet::Marginal;
         self.weak.take(i32::from(is_weak) * 1000, self.readings);
-        let mean_mv = (t.back_emf_mv + core::mem::replace(&mut self.last_mv, t.back_emf_mv)) / 2;
+        let before_mv = core::mem::replace(&mut self.last_mv, t.back_emf_mv);
+        let mean_mv = (t.back_emf_mv + before_mv) / 2;
         let least_mv = least_mv(model);
         let level = settings.jam_level;
-        if level > 0 && self.jam.observe(t, least_mv, level) {
-            self.warnings |= Warning::Jam.bit();
+        if level > 0 {
+            // Where a diode conducts the last value remains, which would be that of a motor that
+            // has turned.
+            let turns_mv = match t.back_emf_mv == before_mv {
+                true => 0,
+                false => t.back_emf_mv - self.play.offset_mv(),
+            };
+            if self.jam.observe(t, turns_mv, least_mv, level) {
+                self.warnings |= Warning::Jam.bit();
+            }
         }
         self.play.observe(mean_mv, t.angle);
         self.motions.observe(t, mean_mv, least_mv);

@@ -5,7 +5,7 @@
 
 use std::time::Duration;
 
-use board_tests::bench::with_board;
+use crate::bench::with_board;
 use canopen::NodeId;
 use host_sim::can::client::Client;
 use host_sim::can::native_link::NativeLink;

@@ -3,6 +3,7 @@
 mod acceptance_filter;
 mod adapter;
 mod adapter_load;
+mod bench;
 mod bit_exact;
 mod bring_up;
 mod bus;

@@ -14,6 +14,7 @@ use crate::error::Error;
 use crate::output::print;
 use crate::{interrupt, origin};
 use host_sim::can::client::{Client, ClientError};
+use host_sim::can::sdo::SdoError;
 use host_sim::commission::{
     self, Baseline, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Request, Tuning,
 };
@@ -75,30 +76,50 @@ impl Commission {
         let html = self.html.iter().map(|path| ("--html", path.as_path()));
         file::check(&html.collect::<Vec<_>>(), [])?;
         let mut client = self.at.open()?;
-        if !self.on_request {
-            return self.commission(&mut client, &limits);
+        if self.on_request {
+            return self.serve(&mut client, &limits);
         }
+        let findings = self.commission(&mut client, &limits)?;
+        self.report(&findings)
+    }
+
+    /// Commissions at each request of a master until an interrupt, or an error of the bus.
+    fn serve(&self, client: &mut Client, limits: &Limits) -> Result<(), Error> {
         let stop = interrupt::stop()?;
+        Request::refuse_old(client)?;
         while !stop.load(Ordering::Relaxed) {
-            if !Request::is_pending(&mut client)? {
-                client.pause(BETWEEN_READS)?;
-                continue;
+            match Request::is_pending(client) {
+                Ok(true) => {}
+                // An actuator that is off may be switched on.
+                Ok(false) => {
+                    client.pause(BETWEEN_READS)?;
+                    continue;
+                }
+                Err(ClientError::Object {
+                    source: SdoError::Timeout(_),
+                    ..
+                }) => continue,
+                Err(error) => return Err(error.into()),
             }
-            Request::Running.report(&mut client)?;
-            let result = self.commission(&mut client, &limits);
+            Request::Running.report(client)?;
+            let result = self.commission(client, limits);
+            let answer = match result {
+                Ok(_) => Request::Saved,
+                Err(_) => Request::Refused,
+            };
+            let answered = answer.report(client);
             match result {
-                Ok(()) => Request::Saved.report(&mut client)?,
-                Err(_) => Request::Refused.report(&mut client)?,
+                Ok(findings) => self.report(&findings)?,
+                Err(error) if is_refusal(&error) => note!("{error}"),
+                Err(error) => return Err(error),
             }
-            match result {
-                Err(Error::Refused(why)) => note!("{why}"),
-                result => result?,
-            }
+            answered?;
         }
         Ok(())
     }
 
-    fn commission(&self, client: &mut Client, limits: &Limits) -> Result<(), Error> {
+    /// All steps, and the write unless it is a dry run. An error leaves the parameters of before.
+    fn commission(&self, client: &mut Client, limits: &Limits) -> Result<Findings, Error> {
         let kept = Kept::of(client)?;
         let find = |client: &mut Client| {
             commission::find(client, limits, (&kept, !self.no_tuning), |_| {})
@@ -114,9 +135,13 @@ impl Commission {
             let written = commission::write(client, &findings);
             written.map_err(|error| behind(error, kept.restore(client)))?;
         }
+        Ok(findings)
+    }
+
+    fn report(&self, findings: &Findings) -> Result<(), Error> {
         if let Some(path) = &self.html {
             let origin = origin::of_this_run();
-            commission::page(&findings, &origin, !self.dry_run).write(path)?;
+            commission::page(findings, &origin, !self.dry_run).write(path)?;
             note!("report: {}", path.display());
         }
         match self.at.json() {
@@ -125,7 +150,7 @@ impl Commission {
                 "findings": findings,
                 "objects": findings.objects(),
             })),
-            false => print(&table(&findings, self.dry_run)),
+            false => print(&table(findings, self.dry_run)),
         }
     }
 
@@ -139,6 +164,15 @@ impl Commission {
             permille: self.current * 10,
             rate_mdeg_s: i32::from(self.rate) * 1000,
         })
+    }
+}
+
+/// Whether the next request may succeed: the actuator or a step has refused, and the bus works.
+fn is_refusal(error: &Error) -> bool {
+    match error {
+        Error::Refused(_) => true,
+        Error::Bus(error) => error.is_refusal() || error.is_at_limit(),
+        _ => false,
     }
 }
 

@@ -1,5 +1,6 @@
 //! An actuator stops when the command that moves it ends.
 
+use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Duration;
@@ -120,9 +121,13 @@ fn an_interrupted_commissioning_stops_the_shaft_and_restores_the_objects() {
 #[test]
 fn each_request_of_a_master_is_answered_and_the_program_waits_for_the_next() {
     let served = Served::new(&[]);
+    // A request of before is refused without a motion.
+    served.text("set 2055=1");
     let mut program = spawn(&served, "commission --range 100 190 --on-request");
-    for _ in 0..2 {
-        served.text("set 2055=1");
+    for request in 0..3 {
+        if request > 0 {
+            served.text("set 2055=1");
+        }
         let is_refused = |_| {
             thread::sleep(Duration::from_millis(100));
             served.text("get 2055").starts_with('4')
@@ -134,4 +139,28 @@ fn each_request_of_a_master_is_answered_and_the_program_waits_for_the_next() {
     let killed = Command::new("kill").args(["-s", "TERM", &pid]).status();
     assert!(killed.expect("kill").success());
     assert_eq!(program.wait().expect("it ends").code(), Some(0));
+}
+
+#[test]
+fn a_requested_commissioning_is_saved_with_its_date() {
+    let served = Served::new(&[]);
+    let mut program = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
+        .args("commission --range -45 45 --on-request --no-tuning --bus".split(' '))
+        .arg(&served.bus)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("it starts");
+    // It has refused requests of before.
+    thread::sleep(Duration::from_millis(500));
+    served.text("set 2055=1");
+    // A read of the object would end the upload of a recording: the program prints what it saved.
+    let lines = BufReader::new(program.stdout.take().expect("its output")).lines();
+    let mut lines = lines.map_while(Result::ok);
+    assert!(lines.any(|line| line.starts_with("written and saved")));
+    // It is answered before it is printed.
+    assert!(served.text("get 2055").starts_with('3'));
+    assert!(!served.text("get 1020:1").starts_with("0"));
+    program.kill().expect("it waits");
+    program.wait().expect("it ends");
 }

@@ -251,6 +251,7 @@ impl<'a> Drive<'a> {
         self.targets = Targets::default();
         self.points = Points::default();
         self.touch_probes = TouchProbes::default();
+        self.commissioning = 0;
         self.model = MotorModel::default();
         self.health = Health::default();
         self.service.lock();

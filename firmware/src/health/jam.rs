@@ -1,19 +1,19 @@
 //! A shaft that is jammed: the loop demands a rate and drives towards it, and neither shaft nor
 //! motor turns.
 //!
-//! | of an intact drive | |
-//! |---|---|
-//! | a held load | the demand is the error times the gain: at 34 deg/s and 8/s, 4.25 deg off, a load turns that is below 40 % of the stall torque |
-//! | play of a degree, at a reversal | the motor turns by it, and the shaft does not |
-//! | gusts up to 0.3 of the stall torque | in 230 h of motors 30 % off at most 25.5 deg/s (`tests/detection`) |
-//!
-//! Faults 9 and 10 find the slow ones, which demand less.
+//! The demand is the error times the gain. At 8/s, [`LEVEL_DEG_S`] is an error of 4.25 deg, by
+//! which the motor has moved any load below 40 % of its stall torque. At a reversal with a degree of play
+//! the shaft rests while the motor turns. How often intact drives reach a level stands in
+//! `docs/health.md`. At a lower demand faults 9 and 10 report a jam.
 
 use crate::{
     interface::Telemetry,
     timing::{CONTROL_PERIOD_MS, periods, thousandths},
 };
 use model_core::control::units::{Angle, Percent};
+
+/// The recommended level, deg/s.
+pub const LEVEL_DEG_S: u16 = 34;
 
 /// Time without motion.
 const LASTS: u16 = periods(72);
@@ -39,17 +39,21 @@ pub(super) struct Jam {
 }
 
 impl Jam {
-    /// Takes a control period of an actuator that is driven; `level` is the least demand, deg/s.
-    /// Returns whether the shaft is jammed.
-    pub fn observe(&mut self, t: &Telemetry, least_mv: i32, level: u16) -> bool {
+    /// Takes a control period of an actuator that is driven, with its back-EMF, or 0 where a diode
+    /// conducts; `level` is the least demand, deg/s. Returns whether the shaft is jammed.
+    pub fn observe(&mut self, t: &Telemetry, back_emf_mv: i32, least_mv: i32, level: u16) -> bool {
         let demand_mdeg_s = thousandths(t.rate_command);
         let is_upward = demand_mdeg_s > 0;
-        self.turned_mv += t.back_emf_mv;
+        let drives_there = match is_upward {
+            true => t.duty > Percent::ZERO,
+            false => t.duty < Percent::ZERO,
+        };
+        self.turned_mv += back_emf_mv;
         let travel_mdeg = thousandths(t.angle - self.from);
         let is_at_rest =
             travel_mdeg.abs() <= REST_MDEG && self.turned_mv.abs() * 8 < least_mv * MOTOR_EIGHTHS;
         let is_demanded = demand_mdeg_s.abs() >= 1000 * i32::from(level)
-            && (t.duty > Percent::ZERO) == is_upward
+            && drives_there
             && is_upward == self.is_upward;
         if !is_demanded || !is_at_rest {
             *self = Self {

@@ -103,6 +103,11 @@ impl Play {
         }
     }
 
+    /// The offset of the back-EMF, mV; 0 until it is measured.
+    pub fn offset_mv(&self) -> i32 {
+        self.offset.whole() / OFFSET_PARTS
+    }
+
     /// The shaft has come to this place in a direction.
     fn restart(&mut self, from: Option<Angle>, sign: i32) {
         self.motion = Motion::None;

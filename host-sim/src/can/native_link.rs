@@ -31,7 +31,8 @@ impl NativeLink {
 
     /// The end of a time from now, us.
     fn end_us(&self, time: Duration) -> u64 {
-        self.node.next_us() + time.as_micros() as u64
+        let us = u64::try_from(time.as_micros()).unwrap_or(u64::MAX);
+        self.node.next_us().saturating_add(us)
     }
 }
 

@@ -105,6 +105,11 @@ pub fn measure(
         contradiction((parameter, name), (CHIRP.0, MULTISINE.0), values)
     };
     let of_delays = |delays| of_excitations(Parameter::Delay, "delay, s", delays);
+    let of_timing = |of_chirp: Fitting| {
+        let name = (Parameter::Delay, "delay, s");
+        let sources = (CHIRP.0, "the timing of the board");
+        contradiction(name, sources, (of_chirp.whole(), timing()))
+    };
     let of_runs = |of_chirp: Fitting| {
         let name = (Parameter::Coulomb, "Coulomb friction, Nm");
         contradiction(name, (CHIRP.0, "the runs"), (of_chirp.whole(), coulomb))
@@ -116,6 +121,7 @@ pub fn measure(
             (one.inertia_kg_m2, other.inertia_kg_m2),
         ),
         one.delay_s.zip(other.delay_s).and_then(of_delays),
+        one.delay_s.and_then(of_timing),
         one.coulomb_nm.and_then(of_runs),
     ];
     Ok(Dynamics {

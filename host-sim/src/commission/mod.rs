@@ -199,11 +199,11 @@ const CAUSES: [(&str, &str, &str); 2] = [
         "current",
         "the gain of the current measurement is wrong, or it is lost",
     ),
-    // Fault 3.
+    // Faults 2 and 3.
     (
         "7306h",
         "encoder",
-        "the magnet is weak: its distance to the encoder is wrong, or it is not centred",
+        "the magnet is weak or lost: its distance to the encoder is wrong, or it is not centred",
     ),
 ];
 

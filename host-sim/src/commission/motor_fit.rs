@@ -28,8 +28,8 @@ const START_BACKLASH_DEG: f64 = 0.1;
 /// Length of a PWM period, s.
 const PWM_PERIOD_S: f64 = 1.0 / PWM_RATE_HZ as f64;
 
-/// The delay of the board's timing. A drive begins at the start of a PWM period: its middle is up
-/// to half of one earlier than that of the period.
+/// The delay of the board's timing. What the model leaves out changes it by half a PWM period at
+/// most: a drive begins at the start of a period, the current follows it, and the gears yield.
 pub fn timing() -> Estimate {
     Estimate {
         value: DELAY_S,
@@ -37,8 +37,8 @@ pub fn timing() -> Estimate {
     }
 }
 
-/// The same differs between two recordings, whose duties differ: from the mean of all duties by a
-/// quarter of a period at most.
+/// The part of that by which two recordings differ: from the mean of their duties a drive is off by
+/// a quarter of a period at most.
 fn of_duties_s() -> f64 {
     uniform(PWM_PERIOD_S / 4.0)
 }
@@ -84,8 +84,8 @@ pub struct Fitting {
     value: f64,
     /// Of the fit.
     of_fit: f64,
-    /// Of the temperature of the winding, which differs between two recordings.
-    of_temperature: f64,
+    /// Of the temperature of the winding and of a held delay, which differ between two recordings.
+    of_recording: f64,
     /// Of what is held, which two recordings have in common.
     of_held: f64,
 }
@@ -103,7 +103,7 @@ impl Fitting {
     pub fn against_another(self) -> Estimate {
         Estimate {
             value: self.value,
-            standard_error: self.of_fit.hypot(self.of_temperature),
+            standard_error: self.of_fit.hypot(self.of_recording),
         }
     }
 }
@@ -176,6 +176,7 @@ impl Fitted {
             let shift = |fit: &Fit| fit.value(name).map_or(f64::NAN, |other| other - value);
             let of_resistance = shift(&with_resistance);
             let of_delay = with_delay.as_ref().map_or(0.0, shift);
+            let of_other_delay = of_delay / known.standard_error * of_duties_s();
             // The same magnet made the error of the constant.
             let of_angle = match name {
                 INERTIA => value * uniform(ECCENTRICITY_DEG.to_radians()),
@@ -186,7 +187,8 @@ impl Fitted {
             Ok::<_, CommissionError>(Fitting {
                 value,
                 of_fit: standard_error.hypot(if name == DELAY { of_duties_s() } else { 0.0 }),
-                of_temperature: of_resistance * share * uniform(COPPER_K * TEMPERATURE_K),
+                of_recording: (of_resistance * share * uniform(COPPER_K * TEMPERATURE_K))
+                    .hypot(of_other_delay),
                 of_held: of_motor.hypot(of_delay),
             })
         };

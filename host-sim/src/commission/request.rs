@@ -20,6 +20,18 @@ pub enum Request {
 }
 
 impl Request {
+    /// Answers what is left of before this program: a request whose master may no longer watch the
+    /// shaft, and a run whose program has ended.
+    ///
+    /// # Errors
+    /// Those of the client.
+    pub fn refuse_old(client: &mut Client) -> Result<(), ClientError> {
+        match client.integer(OBJECT)? {
+            1 | 2 => Self::Refused.report(client),
+            _ => Ok(()),
+        }
+    }
+
     /// Whether a master requests a commissioning of this actuator.
     ///
     /// # Errors

@@ -110,16 +110,9 @@ pub fn measure(
         client.pause(REST)
     })?;
     moved?;
-    let all = board.samples(&capture);
-    let of = |start: &Winding| {
-        let mut samples = driven(&all, start);
-        let sag = under_load(&mut samples, rest_v)?;
-        let (winding, warm) = fit(&samples, start)?;
-        Ok::<_, CommissionError>((sag, winding, warm))
-    };
-    // A slower winding than that of the object carries its current longer.
-    let (_, first, _) = of(&board.assumed)?;
-    let (sag, winding, warm) = of(&first)?;
+    let mut pairs = driven(&board.samples(&capture));
+    let sag = under_load(&mut pairs, rest_v)?;
+    let (winding, warm) = of_measured(&pairs, &board.assumed)?;
     let cold = warm.over(1.0 + COPPER_K * warm_k);
     // Current and supply are measured with resistors each.
     let gains = uniform(GAIN_ERROR).hypot(uniform(GAIN_ERROR));
@@ -139,10 +132,10 @@ pub fn measure(
 
 /// Sets the supply to the middle between that at rest and that at the sample: within the on time it
 /// decreases from the one to the other. Returns the mean decrease as a share; refuses a large one.
-fn under_load(samples: &mut [Sample], rest_v: f64) -> Result<f64, CommissionError> {
-    let count = samples.len() as f64;
+fn under_load(pairs: &mut [[Sample; 2]], rest_v: f64) -> Result<f64, CommissionError> {
+    let count = pairs.len() as f64;
     let (mut sum, mut least_v) = (0.0, rest_v);
-    for sample in samples {
+    for [_, sample] in pairs {
         let supply_v = &mut sample.driven.supply_v;
         least_v = least_v.min(*supply_v);
         sum += (rest_v - *supply_v).abs() / rest_v;
@@ -232,17 +225,50 @@ fn pulse(client: &mut Client, permille: i32) -> Result<(), ClientError> {
     Ok(())
 }
 
-/// The samples before which the drive has had the same sign for two control periods, and behind
-/// whose scans this winding carries no current: their back-EMF is between two scans.
-fn driven(samples: &[Sample], winding: &Winding) -> Vec<Sample> {
+/// The samples before which the drive has had the same sign for two control periods, each with the
+/// one before it.
+fn driven(samples: &[Sample]) -> Vec<[Sample; 2]> {
     let sign = |sample: &Sample| sample.driven.compare.signum();
-    let is_measured = |sample: &Sample| winding.current(sample.driven).shows_back_emf();
-    let pairs = samples.windows(2);
-    let lasting = pairs.filter(|pair| {
-        let has_sign = sign(&pair[1]) != 0 && sign(&pair[0]) == sign(&pair[1]);
-        has_sign && pair.iter().all(is_measured)
-    });
-    lasting.map(|pair| pair[1]).collect()
+    let pairs = samples.windows(2).map(|pair| [pair[0], pair[1]]);
+    let lasting = pairs.filter(|[before, now]| sign(now) != 0 && sign(before) == sign(now));
+    lasting.collect()
+}
+
+/// Selections of the samples until they are those of the winding that they give. A slower winding
+/// than that of the object carries its current longer.
+const SELECTIONS: usize = 6;
+
+/// The winding of the samples whose back-EMF is between two scans behind which it carries no
+/// current.
+fn of_measured(
+    pairs: &[[Sample; 2]],
+    start: &Winding,
+) -> Result<(Winding, Estimate), CommissionError> {
+    let mut winding = *start;
+    let mut selected = Vec::new();
+    for _ in 0..SELECTIONS {
+        let is_measured = |sample: &Sample| winding.current(sample.driven).shows_back_emf();
+        let measured = pairs.iter().map(|pair| pair.iter().all(is_measured));
+        let before = std::mem::replace(&mut selected, measured.collect());
+        let samples = pairs.iter().zip(&selected).filter(|(_, is)| **is);
+        let samples: Vec<Sample> = samples.map(|([_, sample], _)| *sample).collect();
+        if 2 * samples.len() < pairs.len() {
+            let why = format!(
+                "in {} of {} control periods the winding carries its current until the scan of the \
+                 back-EMF, expected less than half: a smaller --current",
+                pairs.len() - samples.len(),
+                pairs.len()
+            );
+            return refuse(STEP, why);
+        }
+        let found = fit(&samples, &winding)?;
+        if before == selected {
+            return Ok(found);
+        }
+        (winding, _) = found;
+    }
+    let why = "the samples that show the back-EMF change with each fit: a smaller --current";
+    refuse(STEP, why)
 }
 
 #[cfg(test)]

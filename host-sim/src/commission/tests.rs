@@ -169,7 +169,7 @@ fn a_broken_bench_is_refused_by_its_name() {
         ..Defects::default()
     };
     let broken = [
-        (1.0, weak_magnet, "the magnet is weak"),
+        (1.0, weak_magnet, "the magnet is weak or lost"),
         (1.0, hot, "the temperature of the board"),
         (1.0, dead, "the current measurement is dead"),
         (1.0, reversed, "the current sense is reversed"),

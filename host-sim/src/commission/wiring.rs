@@ -110,8 +110,8 @@ pub fn check_room(client: &mut Client, (low, high): (i32, i32)) -> Result<(), Co
     refuse(STEP, why)
 }
 
-/// Temperatures of the board at which a motor is measured, deg C: the winding is assumed as warm,
-/// which a board that has just been hotter than this does not show.
+/// Temperatures of the board at which a motor is measured, deg C. The winding is assumed to have
+/// that of the board; after operation at a high load it is hotter.
 const TEMPERATURES_DEG_C: std::ops::RangeInclusive<f64> = -10.0..=60.0;
 
 /// Refuses a board too cold or too hot to know the temperature of its motor.
@@ -121,8 +121,10 @@ pub fn check_temperature(client: &mut Client) -> Result<(), CommissionError> {
         return Ok(());
     }
     let why = format!(
-        "the temperature of the board, 2006h, is {found} deg C, expected -10 to 60 deg C: let the \
-         actuator cool down, or its sensor is broken"
+        "the temperature of the board, 2006h, is {found:.1} deg C, expected {} to {} deg C: let \
+         the actuator cool down, or its sensor is broken",
+        TEMPERATURES_DEG_C.start(),
+        TEMPERATURES_DEG_C.end()
     );
     refuse(STEP, why)
 }

@@ -183,7 +183,7 @@ impl Model {
     }
 
     /// Parameters of its drivetrain with this load at the horn.
-    pub(super) fn drivetrain(&self, load: LoadParameters) -> DrivetrainParameters {
+    pub fn drivetrain(&self, load: LoadParameters) -> DrivetrainParameters {
         let (ratio, friction) = (self.gear_ratio, &self.friction);
         DrivetrainParameters {
             electrical: ElectricalParameters {

@@ -1,7 +1,6 @@
 //! Support for the tests on the emulated board: the board's program, CANopen frames, a master
 //! that sends them, and the same device run natively on the same plant.
 
-pub mod bench;
 pub mod chain;
 pub mod comm;
 pub mod cuts;

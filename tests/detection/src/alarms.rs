@@ -2,13 +2,14 @@
 
 use std::f64::consts::PI;
 
+use firmware::health::JAM_LEVEL_DEG_S;
 use host_sim::input::flight_like;
 use model_core::control::units::angle;
 use model_core::plant::board::BoardPlantOptions;
 use model_core::sensors::noise::Noise;
 
 use crate::drive::{Drive, PERIOD_S};
-use crate::jam::{JAM_LEVEL, JamWarning};
+use crate::jam::JamWarning;
 
 /// Control periods in which a gust changes the load, as a half of 1 - cos (CS-VLA 333): 12.5 mean
 /// chords of 0.2 m at 25 m/s are 0.1 s.
@@ -17,9 +18,9 @@ const GUST_PERIODS: f64 = 25.0;
 /// Moment of inertia of a control surface of 50 mm chord and 20 g about its hinge, m c^2/3, kg m^2.
 const SURFACE_KG_M2: f64 = 0.02 * 0.05 * 0.05 / 3.0;
 
-/// Levels of the warning of a jam, deg/s: the recommended one, and lower ones, which show how far it
-/// is from the first false warning.
-pub const JAM_LEVELS: [u16; 5] = [JAM_LEVEL, 30, 28, 26, 24];
+/// Levels of the warning of a jam, deg/s: the recommended one, and lower ones, which show how far
+/// it is from the first false warning.
+pub const JAM_LEVELS: [u16; 5] = [JAM_LEVEL_DEG_S, 30, 28, 26, 24];
 
 /// What an hour of an intact drive shows.
 #[derive(Debug, Clone, Copy, Default)]
@@ -41,10 +42,10 @@ impl std::ops::Add for Alarms {
     }
 }
 
-/// Faults and warnings of an hour of an intact drive in flight-like motion, with the worst parameters: constant,
-/// resistance and inductance of the motor each off by 30 %, in all eight combinations, a degree of
-/// play in the gears, and loads of up to a third of the stall torque of that motor, another one
-/// every 0.1 to 1 s.
+/// Faults and warnings of an hour of an intact drive in flight-like motion, with the worst
+/// parameters: constant, resistance and inductance of the motor each off by 30 %, in all eight
+/// combinations, a degree of play in the gears, and loads of up to a third of the stall torque of
+/// that motor, another one every 0.1 to 1 s.
 pub fn alarms(hour: u32) -> Alarms {
     let mut chance = Noise::new(u64::from(hour), 77);
     let mut uniform = || (chance.gaussian(1.0) / 3.0).clamp(-1.0, 1.0);

@@ -4,7 +4,7 @@
 //! from the jam on.
 
 use firmware::application::Outputs;
-use firmware::health::{Health, Warning};
+use firmware::health::{Health, JAM_LEVEL_DEG_S, Warning};
 use firmware::parameters::{HealthSettings, ModelSettings, ObjectValues};
 use host_sim::plot::{Figure, Panel, Scale, Series};
 use indicatif::ParallelProgressIterator;
@@ -13,9 +13,6 @@ use model_core::plant::board::BoardPlantOptions;
 use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
 
 use crate::drive::{Drive, PERIOD_S};
-
-/// Level of the warning, 2053h:11, deg/s.
-pub const JAM_LEVEL: u16 = 34;
 
 /// The warning of the health.
 #[derive(Debug)]
@@ -43,7 +40,8 @@ impl JamWarning {
         self.health
             .observe(&self.settings, &ModelSettings::DEFAULT, outputs);
         let is_active = self.health.warnings() & Warning::Jam.bit() != 0;
-        is_active && !std::mem::replace(&mut self.is_active, is_active)
+        let was_active = std::mem::replace(&mut self.is_active, is_active);
+        is_active && !was_active
     }
 }
 
@@ -71,7 +69,7 @@ fn run(rate_deg_s: f64, torque_nm: f64, seed: u64) -> [f64; 3] {
     drive.defects().torque_nm = torque_nm;
     let from = ((JAM_DEG + seed as f64) / rate_deg_s / PERIOD_S) as u32;
     let until = from + (LONGEST_S / PERIOD_S) as u32;
-    let (mut warning, mut warned_ms) = (JamWarning::at(JAM_LEVEL), f64::NAN);
+    let (mut warning, mut warned_ms) = (JamWarning::at(JAM_LEVEL_DEG_S), f64::NAN);
     for period in 0..until {
         drive.defects().is_jammed = period >= from;
         let command_deg = rate_deg_s * f64::from(period) * PERIOD_S;

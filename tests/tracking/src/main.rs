@@ -4,6 +4,7 @@
 
 mod command;
 mod drive;
+mod fitted;
 mod margin;
 mod page;
 mod rest;
@@ -93,7 +94,19 @@ impl Setup {
 
     /// The same on this plant.
     fn drive_on(&self, plant: &BoardPlantOptions, interval_ms: i32) -> Drive {
-        let mut values = ObjectValues::DEFAULT;
+        let (board, values) = (BoardParameters::DEFAULT, ObjectValues::DEFAULT);
+        self.drive_with(plant, interval_ms, (board, values), 1.0)
+    }
+
+    /// The same with these parameters of the board, whose rate loop has gains of so many times
+    /// those of the paper.
+    fn drive_with(
+        &self,
+        plant: &BoardPlantOptions,
+        interval_ms: i32,
+        (board, mut values): (BoardParameters, ObjectValues),
+        rate_gains: f64,
+    ) -> Drive {
         values.tracking.velocity_permille = self.forward_permille;
         values.tracking.model_permille = self.forward_permille;
         values.tracking.dead_band_mdeg = self.dead_band_mdeg;
@@ -118,14 +131,14 @@ impl Setup {
         let gains = ControlParameters::DEFAULT;
         let gains = ControlParameters {
             position_gain: gains.position_gain * self.gains,
-            proportional_gain: gains.proportional_gain * self.gains,
-            integral_gain: gains.integral_gain * self.gains * self.gains,
+            proportional_gain: gains.proportional_gain * self.gains * rate_gains,
+            integral_gain: gains.integral_gain * self.gains * self.gains * rate_gains,
             anti_windup_gain: gains.anti_windup_gain * self.gains,
             ..gains
         };
         let board = BoardParameters {
             control: Coefficients::try_new(&gains).expect("in range"),
-            ..BoardParameters::DEFAULT
+            ..board
         };
         let parameters = LoopParameters::new(&board, &values);
         Drive::enabled(plant, &parameters)
@@ -354,6 +367,13 @@ fn rows() -> Vec<(String, [f64; 3])> {
             Box::new(move |setup| different_deg(setup, differs)),
         ));
     }
+    measures.push((
+        format!(
+            "rms error, targets at 50 Hz, fitted motor of the {} (deg)",
+            fitted::NAME
+        ),
+        Box::new(fitted::flight_deg),
+    ));
     for name in ["chirp", "3-2-1-1"] {
         measures.push((
             format!("rms error, {name} of the paper (deg)"),

@@ -36,7 +36,8 @@ pub struct ClientSide {
     received: VecDeque<Frame>,
 }
 
-/// Requests to the run beside those for the bus.
+/// Requests to the run beside those for the bus. They take effect when the client does not wait, in
+/// the order of all its requests, and not after a pause without an end.
 #[derive(Debug, Clone)]
 pub struct Requests(Sender<Request>);
 
@@ -90,7 +91,7 @@ impl Requests {
         self.0.send(request).map_err(|_| ended())
     }
 
-    /// Acts on the run at the present virtual time.
+    /// Acts on the run.
     ///
     /// # Errors
     /// The run has ended.

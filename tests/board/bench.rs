@@ -8,10 +8,10 @@ use host_sim::can::client::Client;
 use host_sim::can::link::Link;
 use model_core::plant::board::Defects;
 use virtual_board::plant::BoardPlantOptions;
-use virtual_board::run::{ClientSide, Flow, Options, RunSide, Script, View, client};
+use virtual_board::run::{ClientSide, Flow, Options, Requests, RunSide, Script, View, client};
 
-use crate::frames::{Frame, from_wire, to_wire};
-use crate::program::run_script;
+use board_tests::frames::{Frame, from_wire, to_wire};
+use board_tests::program::run_script;
 
 /// Longest run, ms.
 const LONGEST_MS: u64 = 3_600_000;
@@ -29,6 +29,16 @@ impl Link for BoardLink {
 
     fn pause(&mut self, time: Duration) -> io::Result<()> {
         self.0.pause(time)
+    }
+}
+
+/// Ends the run, after a panic of the client too.
+struct EndOnDrop(Requests);
+
+impl Drop for EndOnDrop {
+    fn drop(&mut self) {
+        // A run that has ended shows why when it is joined.
+        let _ = self.0.end();
     }
 }
 
@@ -71,15 +81,14 @@ pub fn with_board<T>(
         keeps_trace: false,
         ..Options::for_ms(LONGEST_MS)
     };
-    let requests = side.requests();
+    let end = EndOnDrop(side.requests());
     let run = thread::spawn(move || run_script(options, script));
     let mut client = Client::new(Box::new(BoardLink(side)), 1);
     // The start of the node.
     let started = client.pause(Duration::from_millis(100));
     started.expect("the run goes on");
     let result = work(&mut client);
-    // A run that has ended shows why when it is joined.
-    let _ = requests.end();
+    drop(end);
     run.join().expect("a run without a panic");
     result
 }
