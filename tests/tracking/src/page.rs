@@ -73,14 +73,16 @@ The control step runs at 250 Hz and the PWM at 1 kHz; [here](tracking-1-khz.md) 
 } else {
     "\
 This is the second set of rates: the control step runs at 1 kHz and the PWM at 20 kHz, with the gains and
-the time constant of the rate filter of the [first set](tracking.md). The current no longer pulses, so
+the time constant of the rate filter of the first set. The current no longer pulses, so
 that less copper loss makes the same torque. With feed-forward the shaft is ahead of the demand by the
 delays of the loop. At 250 Hz that compensates part of the interval of targets at 50 Hz, at 1 kHz it does
 not: see the line with the command of 20 ms before.
 "
 };
 
-const TEXT: &str = "\
+/// What the page says of loops, drives and motions, once for both.
+const TEXT: &str = if IS_PAPERS {
+    "\
 Object 2013h adds to the loop of the paper, in shares of 0.1 %:
 
 - 1: the velocity of the demand to the rate of the position loop;
@@ -105,4 +107,9 @@ said in moves by half a cosine of up to 157 deg/s. The fitted motor is that of a
 friction are fitted to two recordings of a pendulum (`host_sim::servo_bus`), at 5 V: 2011h has it, and 60F9h:1 and 2
 are in proportion to the duty of a rate. In a line with a difference the plant has it, and 2011h
 does not. With 1 deg of play the error is hardly larger: a compensation of the play would not reduce it.
-";
+"
+} else {
+    "\
+Loops, drives and motions are those of the [first set of rates](tracking.md).
+"
+};
