@@ -103,9 +103,9 @@ back-EMF both count, up to 93 Hz.
 
 Means of 10 drives with noise, friction, magnet and supply of their seeds, natively, of motions and steps
 the greatest; the error is that of the shaft against the command at the same time, where nothing else is
-said in moves by half a cosine of up to 157 deg/s. The fitted motor is that of a servo whose inertia and
-friction are fitted to two recordings of a pendulum (`host_sim::servo_bus`), at 5 V: 2011h has it, and 60F9h:1 and 2
-are in proportion to the duty of a rate. In a line with a difference the plant has it, and 2011h
+said in moves by half a cosine of up to 157 deg/s. Inertia and friction of the fitted motor are
+those of two recordings (`host_sim::servo_bus`): 2011h has it, and 60F9h:1 and 2 are in proportion to the duty
+of a rate. In a line with a difference the plant has it, and 2011h
 does not. With 1 deg of play the error is hardly larger: a compensation of the play would not reduce it.
 "
 } else {
