@@ -121,8 +121,8 @@ fn an_interrupted_commissioning_stops_the_shaft_and_restores_the_objects() {
 #[test]
 fn each_request_of_a_master_is_answered_and_the_program_waits_for_the_next() {
     let served = Served::new(&[]);
-    // A request of before is refused without a motion.
-    served.text("set 2055=1");
+    // A run whose program has ended.
+    served.text("set 2055=2");
     let mut program = spawn(&served, "commission --range 100 190 --on-request");
     for request in 0..3 {
         if request > 0 {

@@ -2,8 +2,8 @@
 //! motor turns.
 //!
 //! The demand is the error times the gain. At 8/s, [`LEVEL_DEG_S`] is an error of 4.25 deg, by
-//! which the motor has moved any load below 40 % of its stall torque. At a reversal with a degree of play
-//! the shaft rests while the motor turns. How often intact drives reach a level stands in
+//! which the motor has moved any load below 40 % of its stall torque. At a reversal with a degree
+//! of play the shaft rests while the motor turns. How often intact drives reach a level stands in
 //! `docs/health.md`. At a lower demand faults 9 and 10 report a jam.
 
 use crate::{
