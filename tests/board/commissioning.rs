@@ -5,9 +5,10 @@
 
 use std::time::Duration;
 
-use crate::bench::with_board;
+use crate::bench::{Bounds, with_board};
 use canopen::NodeId;
 use host_sim::can::client::Client;
+use host_sim::can::names;
 use host_sim::can::native_link::NativeLink;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
 use host_sim::commission::{CommissionError, Findings, Kept, Limits, find, measure, write};
@@ -16,10 +17,15 @@ use model_core::plant::board::{BoardPlantOptions, Defects, ENCODER_DELAY_S};
 use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::sensors::adc::AdcCode;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+use virtual_board::faults::{Fault, Planned, Trigger};
 
-/// Half of the range.
-const RANGE_DEG: f64 = 45.0;
+/// Range and current are those of [`LIMITS`].
+const BOUNDS: Bounds = Bounds {
+    angle_deg: 45.0,
+    driving_a: 0.5,
+};
 
+/// The rated current is 500 mA.
 const LIMITS: Limits = Limits {
     range_mdeg: Some((-45_000, 45_000)),
     permille: 1000,
@@ -109,12 +115,73 @@ fn other_servos_are_commissioned_on_the_emulated_board() {
     let count = count.map_or(4, |text| text.parse().expect("a number of benches"));
     (0..count).into_par_iter().for_each(|seed| {
         let plant = BoardPlantOptions::another_servo(seed);
-        let found = with_board(&plant, Defects::default(), RANGE_DEG, commission);
+        let found = with_board(&plant, Defects::default(), BOUNDS, |client, _| {
+            commission(client)
+        });
         assert_found(&found, &plant, &format!("bench {seed}"));
         // The sweep of the loop has the predicted margins within 2 deg and 1 dB.
         let tuning = found.tuning.expect("it was tuned");
         let disagreements = tuning.disagreements;
         assert!(disagreements.is_empty(), "bench {seed}: {disagreements:?}");
+    });
+}
+
+/// Length of a loss of the supply, ns.
+const OFF_NS: u64 = 2_000_000;
+
+/// Time from one loss of the supply, after the start of a write, to that of the next one: the write
+/// takes a hundred ms, the save with the erase of a page a second.
+const LATER_NS: u64 = 57_000_000;
+
+/// `power_loss` loses it in each word of a save.
+#[test]
+fn a_loss_of_the_supply_during_the_write_leaves_the_set_of_one_servo() {
+    let plant = BoardPlantOptions::default();
+    let sets = [0, 1].map(|seed| {
+        let plant = BoardPlantOptions::another_servo(seed);
+        with_native(&plant, Defects::default(), commission)
+    });
+    let values = |client: &mut Client, set: &Findings| -> Vec<(f32, f32)> {
+        let objects = set.objects().into_iter().map(|(object, value)| {
+            let entry = names::find(object).expect("an object");
+            let text = client.get(entry).expect("a value").to_string();
+            (text.parse().expect("a number"), value as f32)
+        });
+        objects.collect()
+    };
+    let has = |client: &mut Client, set| values(client, set).iter().all(|(is, of)| is == of);
+    with_board(&plant, Defects::default(), BOUNDS, |client, requests| {
+        write(client, &sets[0]).expect("it saves");
+        let (mut held, mut changes, mut cuts) = (0, 0, 0);
+        for after_ns in (0..).step_by(LATER_NS as usize) {
+            let cut = requests.act(move |view| {
+                let ns = view.now_ns() + after_ns;
+                view.plan(Planned {
+                    trigger: Trigger::At { ns },
+                    for_ns: Some(OFF_NS),
+                    fault: Fault::PowerLoss,
+                });
+            });
+            cut.expect("the run goes on");
+            let written = write(client, &sets[1 - held]);
+            // Until the supply was off, and the board has started.
+            client.pause(Duration::from_nanos(after_ns)).expect("a run");
+            client.pause(Duration::from_millis(200)).expect("a run");
+            let found = [0, 1].map(|set| has(client, &sets[set]));
+            assert_ne!(found[0], found[1], "{after_ns} ns: {written:?}");
+            cuts += 1;
+            if found[1 - held] {
+                held = 1 - held;
+                changes += 1;
+            } else {
+                written.expect_err("the set is the old one");
+            }
+            if changes == 2 {
+                break;
+            }
+        }
+        // All but the first one and the last.
+        assert!(cuts > 15, "{cuts}");
     });
 }
 
@@ -185,7 +252,7 @@ fn broken_servos_are_refused_natively_and_on_the_emulated_board_by_name() {
         let refused = |client: &mut Client| measure(client, &LIMITS).expect_err(word);
         for error in [
             with_native(&plant, defects, refused),
-            with_board(&plant, defects, RANGE_DEG, refused),
+            with_board(&plant, defects, BOUNDS, |client, _| refused(client)),
         ] {
             assert!(matches!(error, CommissionError::Refused { .. }), "{error}");
             assert!(error.to_string().contains(word), "bench {bench}: {error}");

@@ -40,7 +40,7 @@ pub struct Commission {
     /// Range of the angle, deg; without it the stops are found at half of --current
     #[arg(long, num_args = 2, value_names = ["MIN", "MAX"])]
     range: Vec<f64>,
-    /// Highest current of the pulses, % of the rated current 6075h
+    /// Highest mean current, % of the rated current 6075h; a brake of the shaft may have more
     #[arg(long, value_name = "PERCENT", default_value_t = 100, value_parser = clap::value_parser!(u16).range(1..=200))]
     current: u16,
     /// Highest rate, deg/s

@@ -81,6 +81,7 @@ pub fn baseline(
 ) -> Result<Baseline, CommissionError> {
     client.quick_stop()?;
     kept.restore(client)?;
+    limits.limit_current(client)?;
     let (low, high) = findings.range_mdeg;
     write_range(client, (low.into(), high.into()))?;
     let objects = findings.objects();

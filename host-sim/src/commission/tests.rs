@@ -3,6 +3,13 @@
 mod bench;
 mod encoder;
 
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::Duration;
+
+use canopen::{CanFrame, NodeId};
+use embedded_can::{Frame as _, StandardId};
 use model_core::plant::board::{BoardPlantOptions, Defects};
 use model_core::plant::drivetrain::DrivetrainParameters;
 
@@ -14,7 +21,10 @@ use super::{
     tune, write,
 };
 use crate::can::client::Client;
+use crate::can::link::Link;
 use crate::can::names;
+use crate::can::native_link::NativeLink;
+use crate::can::native_node::{CAPTURE_VALUES, NativeNode};
 use crate::table::Cell;
 
 /// The torque constant by the ratio 2011h:3, which is not measured: the default.
@@ -55,6 +65,30 @@ fn with_a_magnet_at_its_tolerance_the_inertia_is_within_two_standard_errors() {
         let truth = options.drivetrain.gear_train.inertia_kg_m2();
         let z = (estimate.value - truth) / estimate.standard_error;
         assert!(z.abs() < 2.0, "{phase_deg} deg: {z}");
+    }
+}
+
+/// The excitations are constants, which the board limits: their share of the standard error is 0.1 to
+/// 2.1 %, that of resistance and gains 3 %.
+#[test]
+fn with_lower_limits_of_rate_and_current_the_inertia_is_as_exact() {
+    for (rate_mdeg_s, permille) in [(40_000, 1000), (15_000, 1000), (120_000, 400)] {
+        for seed in 0..3 {
+            let options = BoardPlantOptions::another_servo(seed);
+            let limits = Limits {
+                rate_mdeg_s,
+                permille,
+                ..LIMITS
+            };
+            let found = measure(&mut client(&options, Defects::default()), &limits);
+            let estimate = found.expect("a good bench").dynamics.inertia_kg_m2;
+            let truth = options.drivetrain.gear_train.inertia_kg_m2();
+            let z = (estimate.value - truth) / estimate.standard_error;
+            assert!(
+                z.abs() < 3.0 && estimate.standard_error < 0.04 * truth,
+                "bench {seed}, {rate_mdeg_s} mdeg/s, {permille} of 1000: {estimate:?}, {z}"
+            );
+        }
     }
 }
 
@@ -112,6 +146,84 @@ fn only_the_write_changes_what_the_actuator_keeps() {
     assert_eq!(client.integer("607D:2").expect("a limit"), 45_000);
     // The date of the configuration, days since 1984, of a test that runs after 2026-01-01.
     assert!(client.integer("1020:1").expect("a date") >= 15_341);
+}
+
+/// Time of a start of the node.
+const START: Duration = Duration::from_millis(200);
+
+/// A bus that resets its node before a frame, and continues when it has started.
+struct Resetting {
+    link: NativeLink,
+    /// Frames until then.
+    left: Arc<AtomicUsize>,
+}
+
+impl Link for Resetting {
+    fn send(&mut self, frame: &CanFrame) -> io::Result<()> {
+        if self.left.fetch_sub(1, Ordering::Relaxed) == 0 {
+            const RESET_NODE: [u8; 2] = [0x81, 0];
+            let reset = CanFrame::new(StandardId::ZERO, &RESET_NODE).expect("two bytes");
+            self.link.send(&reset)?;
+            self.link.pause(START)?;
+        }
+        self.link.send(frame)
+    }
+
+    fn receive(&mut self, timeout: Duration) -> io::Result<Option<CanFrame>> {
+        self.link.receive(timeout)
+    }
+
+    fn pause(&mut self, time: Duration) -> io::Result<()> {
+        self.link.pause(time)
+    }
+}
+
+#[test]
+fn a_restart_before_any_frame_of_the_write_leaves_one_whole_set() {
+    let options = BoardPlantOptions::another_servo(3);
+    let found = measure(&mut client(&options, Defects::default()), &LIMITS).expect("a good bench");
+    let values = |client: &mut Client| {
+        let found = found.objects().into_iter().map(|(object, _)| object);
+        let objects = found.chain(["607D:1", "607D:2"]).map(names::find);
+        let texts = objects.map(|object| client.get(object.expect("an object")));
+        let texts = texts.map(|text| text.expect("a value").to_string());
+        texts.collect::<Vec<_>>()
+    };
+    let mut refused = 0;
+    for frame in 0.. {
+        let buffer = Box::leak(Box::new([0; CAPTURE_VALUES]));
+        let node = NativeNode::new(1, NodeId::new(1), &options, buffer).expect("a plant");
+        let link = NativeLink::new(node, |_| {});
+        let left = Arc::new(AtomicUsize::new(usize::MAX));
+        let bus = Resetting {
+            link,
+            left: Arc::clone(&left),
+        };
+        let mut client = Client::new(Box::new(bus), 1);
+        client.pause(START).expect("no input");
+        let old = values(&mut client);
+        left.store(frame, Ordering::Relaxed);
+        let written = write(&mut client, &found);
+        let has_reset = left.swap(0, Ordering::Relaxed) > frame;
+        // Resets again: these are the values of the flash.
+        let whole = values(&mut client);
+        match written {
+            Ok(()) => assert!(
+                whole.iter().zip(&old).all(|(whole, old)| whole != old),
+                "frame {frame}: {whole:?}"
+            ),
+            Err(error) => {
+                assert!(error.to_string().contains("has restarted"), "{error}");
+                assert_eq!(whole, old, "frame {frame}");
+                refused += 1;
+            }
+        }
+        if !has_reset {
+            break;
+        }
+    }
+    // Those between the first and the last write, the first reads, and the save.
+    assert!(refused >= 10, "{refused}");
 }
 
 #[test]

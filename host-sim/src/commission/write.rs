@@ -5,16 +5,16 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use super::baseline::BASELINE;
 use super::encoder;
 use super::tuning;
-use super::{CommissionError, Findings};
+use super::{CommissionError, Findings, refuse};
 use crate::can::client::{Client, ClientError};
 use crate::can::names;
 use crate::can::sdo::SdoError;
 
 /// The objects that the motion changes.
-const CHANGED: [&str; 21] = [
-    "6060", "6080", "6081", "2020:3", "2020:4", "2020:5", "2020:6", "2020:7", "2020:8", "2020:11",
-    "2020:12", "2030:3", "2030:5", "2031:1", "2031:2", "2031:3", "2031:4", "2031:5", "2031:6",
-    "2031:7", "2031:8",
+const CHANGED: [&str; 22] = [
+    "6060", "6072", "6080", "6081", "2020:3", "2020:4", "2020:5", "2020:6", "2020:7", "2020:8",
+    "2020:11", "2020:12", "2030:3", "2030:5", "2031:1", "2031:2", "2031:3", "2031:4", "2031:5",
+    "2031:6", "2031:7", "2031:8",
 ];
 
 /// The values of the objects that a commissioning changes for its motion.
@@ -79,22 +79,47 @@ pub(super) fn write_range(client: &mut Client, (low, high): (i64, i64)) -> Resul
 /// flash has the old set until the save.
 ///
 /// # Errors
-/// [`CommissionError`].
+/// [`CommissionError`]; of an actuator that restarts, which has its old set then.
 pub fn write(client: &mut Client, findings: &Findings) -> Result<(), CommissionError> {
     let (low, high) = findings.range_mdeg;
     write_range(client, (low.into(), high.into()))?;
-    for (object, value) in findings.objects() {
+    let objects = findings.objects();
+    for (object, value) in &objects {
         client.write(object, &value.to_string())?;
     }
     // After the others: a change of the configuration clears it.
     let (days, ms) = time_of_day(SystemTime::now());
     client.write("1020:1", &days.to_string())?;
     client.write("1020:2", &ms.to_string())?;
+    let range = [("607D:1", low.into()), ("607D:2", high.into())];
+    let written: Vec<_> = range.into_iter().chain(objects).collect();
+    // A restart before it would leave a part of the old set to be saved.
+    check(client, &written)?;
     let saved = client.sdo().download(0x1010, 1, b"save");
     saved.map_err(|source: SdoError| {
         let name = "1010h:01".into();
-        ClientError::Object { name, source }.into()
-    })
+        ClientError::Object { name, source }
+    })?;
+    // A restart between the two would have saved the old set.
+    check(client, &written)
+}
+
+/// Refuses an actuator whose objects do not have these values: after a restart they have those of
+/// the flash again.
+fn check(client: &mut Client, written: &[(&str, f64)]) -> Result<(), CommissionError> {
+    for (object, value) in written {
+        let entry = names::find(object).map_err(ClientError::from)?;
+        let found = client.get(entry)?.to_string();
+        // The actuator has no wider numbers.
+        let value = *value as f32;
+        if found.parse() != Ok(value) {
+            let why = format!(
+                "{object} is {found}, expected {value}: the actuator has restarted with its old set"
+            );
+            return refuse("write", why);
+        }
+    }
+    Ok(())
 }
 
 #[cfg(test)]

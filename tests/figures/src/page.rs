@@ -13,7 +13,8 @@ pub fn times(entries: &[Entry]) -> String {
          runs on each processor, with pauses between them; times depend on the machine and its load. \
          s/s are simulated seconds per second; a ratio above one is in favour of the first. \
          Rivals in C alternate with this program in each run. `figures.jsonl` keeps all \
-         measurements.\n"
+         measurements. Figures of the control loop: [tracking](tracking.md), by `cargo run \
+         --release -p tracking`.\n"
         .to_owned();
     let mut processors = Vec::new();
     for entry in entries.iter().rev() {

@@ -8,7 +8,7 @@ mod tests;
 mod twin;
 mod verify;
 
-use firmware::parameters::ObjectValues;
+use firmware::parameters::{BoardParameters, ObjectValues};
 use model_core::control::parameters::ControlParameters;
 use model_core::plant::board::BoardPlantOptions;
 
@@ -32,7 +32,7 @@ pub use verify::Line;
 
 const STEP: &str = "tuning";
 
-/// Sum of the duties of the lines of the sweep, and duty of a step, %: below the limit.
+/// Sum of the duties of the lines of the sweep, and duty of a step, %: below the limit of the duty.
 const DUTY_PCT: f64 = 70.0;
 
 /// Greatest frequency of the sweep by that of the crossing: beyond it the shaft hardly moves.
@@ -55,8 +55,8 @@ const STEP_MS: i32 = 500;
 /// Half of the way of the moves with feed-forward, mdeg: it lies within the least range.
 const WAY_MDEG: i32 = 12_000;
 
-/// Share of its greatest acceleration from rest that the motor needs in the moves.
-const SHARE: f64 = 0.3;
+/// Share of the acceleration from rest by the duty of the excitations that the moves need.
+const SHARE: f64 = 0.4;
 
 /// Feed-forward of the whole demand, in thousandths.
 const WHOLE: u16 = 1000;
@@ -239,13 +239,20 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
         return refuse(STEP, "the rounded gains have no margins");
     };
     let centre_mdeg = findings.range_mdeg.0.midpoint(findings.range_mdeg.1);
-    let lines = sweep(client, centre_mdeg, &identified, &mut twin, &predicted)?;
+    let duty_pct = duty_pct(client, &identified)?;
+    let lines = sweep(
+        client,
+        centre_mdeg,
+        &identified,
+        &mut twin,
+        (&predicted, duty_pct),
+    )?;
     let measured = verify::margins(&identified, &twin, &lines, predicted.crossing_hz);
     let mut disagreements = verify::of_sweep(&lines, &predicted, measured.as_ref());
     // What disagrees with its prediction moves no further.
     let mut stepped = None;
     if disagreements.is_empty() {
-        let step = step(client, centre_mdeg, &twin)?;
+        let step = step(client, centre_mdeg, &twin, duty_pct)?;
         disagreements.extend(step.disagreement("a step"));
         stepped = Some(step);
     }
@@ -257,7 +264,7 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
         ),
         None if !disagreements.is_empty() => (None, Some("the gains are not verified".into())),
         None => {
-            let moves = moves(client, centre_mdeg, &identified, &mut twin)?;
+            let moves = moves(client, centre_mdeg, &identified, (&mut twin, duty_pct))?;
             (Some(moves), moves.disagreement("moves with feed-forward"))
         }
     };
@@ -299,6 +306,19 @@ fn identified(
             standard_error: (at_rest_v - findings.least_supply_v).abs() / 2.0 / design::REACH,
         },
     })
+}
+
+/// Greatest duty of the excitations, %: within the limit of the current at rest, where a motor takes
+/// the most.
+fn duty_pct(client: &mut Client, identified: &Identified) -> Result<f64, CommissionError> {
+    let most_v = most_a(client)? * identified.resistance_ohm.value;
+    Ok(DUTY_PCT.min(100.0 * most_v / identified.supply_v.value))
+}
+
+/// The limit of the mean current, A.
+fn most_a(client: &mut Client) -> Result<f64, ClientError> {
+    let permille = client.integer("6072")?.min(client.integer("6073")?);
+    Ok(permille as f64 * client.integer("6075")? as f64 * 1e-6)
 }
 
 /// The model of the identified motor.
@@ -350,6 +370,9 @@ fn values(client: &mut Client) -> Result<ObjectValues, CommissionError> {
     for (object, field) in fields {
         *field = real(client, object)? as f32;
     }
+    let rated_ma = f64::from(BoardParameters::DEFAULT.current.rated_ma);
+    let permille = most_a(client)? * 1e6 / rated_ma;
+    values.limits.max_torque_permille = permille.min(u16::MAX.into()) as u16;
     Ok(values)
 }
 
@@ -377,11 +400,11 @@ fn sweep(
     centre_mdeg: i32,
     identified: &Identified,
     twin: &mut Twin,
-    predicted: &Margins,
+    (predicted, duty_pct): (&Margins, f64),
 ) -> Result<[Line; LINES], CommissionError> {
     let (sine, base_mhz) = Multisine::reaching(BEYOND * predicted.crossing_hz);
     let pct_deg = identified.duty_by_command(&twin.control, &sine);
-    let amplitude_mdeg = mdeg(DUTY_PCT / pct_deg, (LEAST_LINE_DEG, LINE_DEG));
+    let amplitude_mdeg = mdeg(duty_pct / pct_deg, (LEAST_LINE_DEG, LINE_DEG));
     let settings = [
         (3, 9),
         (4, amplitude_mdeg),
@@ -406,9 +429,14 @@ fn sweep(
 }
 
 /// A step there and back.
-fn step(client: &mut Client, centre_mdeg: i32, twin: &Twin) -> Result<Motion, CommissionError> {
+fn step(
+    client: &mut Client,
+    centre_mdeg: i32,
+    twin: &Twin,
+    duty_pct: f64,
+) -> Result<Motion, CommissionError> {
     let pct_deg = twin.control.position_gain * twin.control.proportional_gain;
-    let amplitude_mdeg = mdeg(DUTY_PCT / pct_deg, (LEAST_STEP_DEG, STEP_DEG));
+    let amplitude_mdeg = mdeg(duty_pct / pct_deg, (LEAST_STEP_DEG, STEP_DEG));
     let settings = [(3, 0), (4, amplitude_mdeg), (8, STEP_MS), (12, 1)];
     motion(
         &excite(client, centre_mdeg, (&SIGNALS, REST), &settings)?,
@@ -421,7 +449,7 @@ fn moves(
     client: &mut Client,
     centre_mdeg: i32,
     identified: &Identified,
-    twin: &mut Twin,
+    (twin, duty_pct): (&mut Twin, f64),
 ) -> Result<Motion, CommissionError> {
     client.quick_stop()?;
     write(client, &FORWARD)?;
@@ -429,7 +457,7 @@ fn moves(
     twin.values.tracking.model_permille = WHOLE;
     twin.values.tracking.dead_band_mdeg = DEAD_BAND_MDEG;
     let motor = identified.motor([0.0; 5]);
-    let greatest_deg_s2 = 100.0 * motor.motor_gain / motor.motor_time_constant_s;
+    let greatest_deg_s2 = duty_pct * motor.motor_gain / motor.motor_time_constant_s;
     let acceleration = ((SHARE * greatest_deg_s2 * 1e3) as u32).max(1).to_string();
     client.write("6083", &acceleration)?;
     client.write("6084", &acceleration)?;

@@ -22,7 +22,7 @@ use commanded::Reporting;
 /// Least, usual and greatest value.
 type Bounds = [u16; 3];
 
-/// Highest current of the pulses, % of the rated current.
+/// Highest mean current, % of the rated current.
 const CURRENT_PCT: Bounds = [1, 100, 200];
 
 /// Highest rate of the runs, deg/s.
