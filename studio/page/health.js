@@ -2,6 +2,7 @@
 import { h, put, say, badge, table, short } from './dom.js';
 import { state, chosen, read } from './state.js';
 import { saving } from './save.js';
+import { Life } from './life.js';
 
 // Means that are read once a second change slowly: half an hour of them is kept.
 const POINTS = 1800;
@@ -10,7 +11,8 @@ const HEIGHT = 160;
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 // The quantities: mean, its standard error, baseline, change, level, bit of the warning, and what a
-// unit that is shown has of the object's. A jam has no mean.
+// unit that is shown has of the object's. A jam has no mean. The winding has a limit, 2100h:11, in place
+// of a level: it reduces the current.
 const QUANTITIES = [
   { id: 'friction', name: 'Friction', unit: 'mA', now: '2052:1', error: '2054:1', baseline: '2053:1', change: '2052:6', level: '2053:3', by: 10, bit: 0, needsMotion: true },
   { id: 'load', name: 'Load', unit: 'mA', now: '2052:2', error: '2054:1', level: '2053:5', by: 10, levelBy: 10, levelUnit: 'mA', bit: 2, needsMotion: true },
@@ -18,6 +20,7 @@ const QUANTITIES = [
   { id: 'magnet', name: 'Weak magnet', unit: '%', now: '2052:5', level: '2053:6', by: 10, levelBy: 10, levelUnit: '%', bit: 3 },
   { id: 'supply', name: 'Supply resistance', label: 'Supply', unit: 'mΩ', now: '2052:9', error: '2054:3', baseline: '2053:9', change: '2054:5', changeBy: 1, changeUnit: 'mΩ', level: '2053:7', by: 1, levelBy: 1, levelUnit: 'mΩ', bit: 4, isZeroUnknown: true },
   { id: 'play', name: 'Play', unit: 'deg', now: '2052:10', error: '2054:4', baseline: '2053:10', change: '2054:6', changeBy: 1000, changeUnit: 'deg', level: '2053:8', by: 1000, levelBy: 1000, levelUnit: 'deg', bit: 5, isZeroUnknown: true },
+  { id: 'winding', name: 'Winding temperature', label: 'Winding', unit: '°C', now: '2009:0', level: '2100:11', by: 10, levelBy: 1000, levelUnit: '°C' },
   { id: 'jam', name: 'Jam', level: '2053:11', levelBy: 1, levelUnit: 'deg/s', bit: 6 },
 ];
 const SAMPLES = '2052:4', WARNINGS = '2052:8', LEAST_SAMPLES = 1024;
@@ -25,10 +28,11 @@ const OBJECTS = [...new Set(QUANTITIES.flatMap(({ now, error, baseline, change, 
 
 export const healthCard = () => {
   const number = () => h('td', { class: 'number' }, '–');
-  const rows = QUANTITIES.map(quantity => ({ ...quantity, cells: { baseline: number(), now: number(), change: number(), samples: number(), level: number() }, warning: h('td'), shown: null }));
+  const rows = QUANTITIES.map(quantity => ({ ...quantity, cells: { baseline: number(), now: number(), change: number(), trend: number(), samples: number(), level: number() }, warning: h('td'), shown: null }));
   const plotted = rows.filter(({ now }) => now);
   const plots = h('div', { id: 'health-plots' });
-  let charts = [], times = [], series = plotted.map(() => []), node = null, begun = 0;
+  let charts = [], times = [], series = plotted.map(() => []), node = null, begun = 0, life = new Life(null);
+  const span = h('select', { id: 'health-span', 'aria-label': 'Time of the plots', onchange: () => draw() }, h('option', { value: 'now' }, 'Last half hour'), h('option', { value: 'life' }, 'Life'));
 
   const axis = more => ({ stroke: () => css('--ink'), font: '12px system-ui', labelFont: '12px system-ui', labelSize: 18, labelGap: 0, grid: { stroke: () => css('--grid'), width: 1 }, ticks: { stroke: () => css('--rule'), width: 1 }, ...more });
   const build = () => {
@@ -37,16 +41,25 @@ export const healthCard = () => {
       const chart = new uPlot({
         width: plots.clientWidth || 600, height: HEIGHT, padding: [6, 10, 0, 0], legend: { show: false }, cursor: { show: false },
         scales: { x: { time: false }, y: { range: (u, low, high) => low == null ? [0, 1] : uPlot.rangeNum(Math.min(low, high - 1e-3), Math.max(high, low + 1e-3), 0.2, false) } },
-        axes: [axis({ size: 30, values: (u, at) => at.map(v => `${+v.toFixed(1)} s`) }), axis({ label: `${label} (${unit})`, size: 56, values: (u, at) => at.map(short) })],
-        series: [{}, { label: name, stroke: () => css('--c1'), width: 1.5, spanGaps: false, points: { show: false } }],
-      }, [[], []], plots);
+        axes: [axis({ size: 30, values: (u, at) => at.map(v => `${+v.toFixed(2)} ${span.value === 'now' ? 's' : 'd'}`) }), axis({ label: `${label} (${unit})`, size: 56, values: (u, at) => at.map(short) })],
+        series: [{}, { label: name, stroke: () => css('--c1'), width: 1.5, spanGaps: false, points: { show: () => span.value === 'life' } }, { label: 'Baseline', stroke: () => css('--ink'), width: 1, dash: [4, 4], points: { show: false } }],
+      }, [[], [], []], plots);
       chart.root.classList.add('plot');
       chart.root.chart = chart;
       return chart;
     });
   };
+  let baselines = [];
+  const draw = () => {
+    if (!charts.length) build();
+    const [at, ...values] = span.value === 'life' ? life.series(plotted.length) : [times, ...series];
+    charts.forEach((chart, i) => {
+      chart.setSize({ width: plots.clientWidth || 600, height: HEIGHT });
+      chart.setData([at, values[i], at.map(() => baselines[i] ?? null)]);
+    });
+  };
   const clear = () => {
-    [times, series, begun] = [[], plotted.map(() => []), performance.now()];
+    [times, series, begun, life] = [[], plotted.map(() => []), performance.now(), new Life(chosen())];
     for (const { cells, warning } of rows) { Object.values(cells).forEach(cell => say(cell, '–')); put(warning); }
     rows.forEach(row => { row.shown = null; });
   };
@@ -60,25 +73,25 @@ export const healthCard = () => {
       say(cells.now, !row.now ? '–' : now == null ? 'not known yet' : `${short(now)}${error} ${row.unit}`);
       say(cells.baseline, baseline ? `${short(baseline / by)} ${row.unit}` : '–');
       say(cells.change, baseline && isKnown ? `${short(values[row.change] / changeBy)} ${changeUnit}` : '–');
+      const trend = row.now ? life.trend(plotted.indexOf(row)) : null;
+      say(cells.trend, trend ? `${short(+trend.slope.toPrecision(3))} ± ${short(+trend.error.toPrecision(2))} ${row.unit}/d` : '–');
       say(cells.samples, row.needsMotion ? String(samples) : '–');
       say(cells.level, level ? `${short(level / levelBy)} ${levelUnit}` : 'off');
       const isActive = Boolean(values[WARNINGS] >> bit & 1), shown = `${isActive}${level}`;
-      if (shown !== row.shown) { row.shown = shown; put(row.warning, isActive ? badge('active', 'warn') : level ? badge('none', 'good') : badge('off')); }
+      if (bit != null && shown !== row.shown) { row.shown = shown; put(row.warning, isActive ? badge('active', 'warn') : level ? badge('none', 'good') : badge('off')); }
       if (row.now) series[plotted.indexOf(row)].push(now);
     }
     times.push((performance.now() - begun) / 1000);
     if (times.length > POINTS) [times, ...series].forEach(values => values.shift());
-    if (!charts.length) build();
-    charts.forEach((chart, i) => {
-      chart.setSize({ width: plots.clientWidth || 600, height: HEIGHT });
-      chart.setData([times, series[i]]);
-    });
+    life.take(series.map(values => values.at(-1)));
+    baselines = plotted.map(({ baseline, by }) => baseline && values[baseline] ? values[baseline] / by : null);
+    draw();
   };
-  const columns = ['Quantity', ...['Baseline', 'Now', 'Change', 'Samples', 'Level'].map(name => ({ name, number: true })), 'Warning'];
+  const columns = ['Quantity', ...['Baseline', 'Now', 'Change', 'Trend', 'Samples', 'Level'].map(name => ({ name, number: true })), 'Warning'];
   const element = h('section', { class: 'card', id: 'means' }, h('header', {}, h('h2', {}, 'Health')),
-    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s with their standard errors, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 8 and 11 are among the parameters.'),
+    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s with their standard errors, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 8 and 11 are among the parameters. This browser keeps a point an hour, by serial number, for the trend.'),
     table(columns, h('tbody', {}, rows.map(({ name, cells, warning }) => h('tr', {}, h('td', {}, name), ...Object.values(cells), warning)))),
-    plots, h('div', { class: 'row' }, saving(plots, 'health')));
+    plots, h('div', { class: 'row' }, span, saving(plots, 'health')));
   return {
     element,
     async check() {

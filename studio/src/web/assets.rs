@@ -64,6 +64,7 @@ pub const FILES: &[Asset] = scripts![
     "bus.js",
     "commission.js",
     "health.js",
+    "life.js",
     "topics.js",
     "tour.js",
     "servo-devices.js",

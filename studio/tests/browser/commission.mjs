@@ -125,16 +125,29 @@ try {
   await request(other, 'write', { node: 1, object: '2053:6', value: '500' });
   await other.show('faults');
   const health = () => other.evaluate("[...document.querySelectorAll('#means tbody tr')].map(row => [...row.cells].map(cell => cell.textContent))");
-  await other.until("document.querySelector('#means tbody tr').cells[1].textContent.endsWith('mA') && document.querySelectorAll('#health-plots canvas').length === 6");
-  const [friction, load, constant, magnet, , play] = await health();
+  await other.until("document.querySelector('#means tbody tr').cells[1].textContent.endsWith('mA') && document.querySelectorAll('#health-plots canvas').length === 7");
+  const [friction, load, constant, magnet, , play, winding] = await health();
   assert.equal(friction[1], `${found['2053:1'] / 10} mA`);
-  assert.deepEqual(friction.slice(2), ['not known yet', '–', '0', 'off', 'off']);
+  assert.deepEqual(friction.slice(2), ['not known yet', '–', '–', '0', 'off', 'off']);
   assert.equal(load[1], '–');
   assert.equal(parseFloat(constant[1]), +(found['2053:2'] / 1000).toPrecision(5));
-  assert.deepEqual(play.slice(4), ['–', 'off', 'off']);
-  assert.deepEqual(magnet.slice(2), ['0 %', '–', '–', '50 %', 'none']);
+  assert.deepEqual(play.slice(5), ['–', 'off', 'off']);
+  assert.deepEqual(magnet.slice(2), ['0 %', '–', '–', '–', '50 %', 'none']);
+  assert.match(winding.slice(2).join(), /^[0-9.]+ °C,–,–,–,120 °C,$/);
   await other.until("document.querySelector('#health-plots .uplot').chart.data[0].length > 2");
   await other.picture('health', true);
+  // The points of three days, which the browser has kept.
+  await other.evaluate(`{
+    const key = Object.keys(localStorage).find(name => name.startsWith('health ')), [[now]] = JSON.parse(localStorage.getItem(key)).slice(-1);
+    localStorage.setItem(key, JSON.stringify([3, 2, 1].map(days => [now - 86400 * days, 33 - days + days % 2 / 10])));
+  }`);
+  await other.show('move');
+  await other.show('faults');
+  await other.until("/^1 ± 0\\.058 mA\\/d$/.test(document.querySelector('#means tbody tr').cells[4].textContent)");
+  await other.evaluate("Object.assign(document.getElementById('health-span'), { value: 'life' }).dispatchEvent(new Event('change'))");
+  const [days, friction_ma] = await other.evaluate("document.querySelector('#health-plots .uplot').chart.data.slice(0, 2)");
+  assert.deepEqual([days.slice(0, 3).map(Math.round), friction_ma], [[-3, -2, -1], [30.1, 31, 32.1, null]]);
+  await other.picture('life', true);
   await other.show('move');
   await other.until("document.querySelector('#view-move .ends').textContent.includes('25 deg')");
   other.clean();
