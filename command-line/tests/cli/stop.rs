@@ -93,18 +93,19 @@ fn a_move_that_takes_too_long_is_halted() {
     assert!(!moves(&served));
 }
 
-#[test]
-fn an_interrupted_commissioning_stops_the_shaft_and_restores_the_objects() {
-    let served = Served::new(&[]);
+/// Interrupts a commissioning in its runs; the shaft stops, and the objects are those of before.
+fn interrupt_commissioning(served: &Served, arguments: &str, begin: impl FnOnce()) {
     let objects = [
         "get 607D:1",
         "get 607D:2",
+        "get 6072",
         "get 6080",
         "get 6081",
         "get 2011:2",
     ];
     let before = objects.map(|object| served.text(object));
-    let mut program = spawn(&served, "commission --range -45 45");
+    let mut program = spawn(served, arguments);
+    begin();
     // It is in its runs, which begin after 5 s and end after 18 s, with all objects changed.
     // Another client of the one SDO server of the actuator would end the upload of a recording.
     thread::sleep(Duration::from_secs(8));
@@ -113,8 +114,25 @@ fn an_interrupted_commissioning_stops_the_shaft_and_restores_the_objects() {
     let killed = Command::new("kill").args(["-s", "TERM", &pid]).status();
     assert!(killed.expect("kill").success());
     assert_eq!(program.wait().expect("it ends").code(), Some(130));
-    assert!(!moves(&served));
+    assert!(!moves(served));
     assert_eq!(objects.map(|object| served.text(object)), before);
+}
+
+#[test]
+fn an_interrupted_commissioning_stops_the_shaft_and_restores_the_objects() {
+    let served = Served::new(&[]);
+    interrupt_commissioning(&served, "commission --range -45 45", || {});
+}
+
+#[test]
+fn an_interrupted_request_is_answered_as_refused() {
+    let served = Served::new(&[]);
+    interrupt_commissioning(&served, "commission --range -45 45 --on-request", || {
+        // It has refused requests of before.
+        thread::sleep(Duration::from_millis(500));
+        served.text("set 2055=1");
+    });
+    assert!(served.text("get 2055").starts_with('4'));
 }
 
 /// The shaft is at 0 deg, outside the range: the first step refuses.
