@@ -36,6 +36,10 @@ pub struct ExperimentSetup {
     pub values: Vec<f64>,
     /// Which of them will be estimated.
     pub free: Vec<bool>,
+    /// Standard errors of the values that will be held as known from elsewhere, each in the unit of
+    /// its parameter: what they change in the estimates is a part of the predicted errors. `None` of
+    /// a value that is exact, or free.
+    pub held: Vec<Option<f64>>,
     /// Standard deviation of the noise on the angle, deg.
     pub noise_deg: f64,
     /// Resolution of the encoder, deg; 0 for none.
@@ -114,6 +118,7 @@ impl ExperimentSetup {
             .collect();
         Self {
             free,
+            held: vec![None; values.len()],
             values,
             noise_deg: 0.05,
             resolution_deg: ENCODER_DEG,
@@ -160,23 +165,33 @@ impl ExperimentSetup {
         let angles = recording.angle_deg.iter().map(|a| a.abs());
         let largest_angle_deg = angles.fold(0.0, f64::max);
         let mut problem = Problem::try_new(self.model.clone(), vec![experiment])?;
+        let parameters = self.model.parameters();
         for (index, spec) in problem.specs.iter_mut().enumerate() {
             spec.start = self.values[index];
             // The initial state is always estimated, which increases the standard errors.
-            let free = self.free[index] || self.model.parameters()[index].is_initial_state;
+            let free = self.free[index]
+                || self.held[index].is_some()
+                || parameters[index].is_initial_state;
             spec.role = if free { Role::Free } else { Role::Fixed };
         }
         let unknowns = Unknowns::of(&problem)?.list;
         let point: Vec<f64> = unknowns.iter().map(|u| self.values[u.parameter]).collect();
-        let information = normal_equations(&problem, &point)?.hessian;
+        let mut information = normal_equations(&problem, &point)?.hessian;
+        // A value with an error is an unknown of which one measurement exists: what it shows by
+        // itself adds to the information of the experiment.
+        for (row, unknown) in unknowns.iter().enumerate() {
+            if let Some(error) = self.held[unknown.parameter] {
+                information[(row, row)] += self.variance_deg2() / error.powi(2);
+            }
+        }
         let values = unknowns.iter().zip(&point);
         let weights: Vec<f64> = values.map(|(unknown, at)| weight(unknown, *at)).collect();
         let errors = standard_errors(&information, &weights, self.variance_deg2());
         let estimated = unknowns.iter().zip(errors);
-        let estimated =
-            estimated.filter(|(u, _)| !self.model.parameters()[u.parameter].is_initial_state);
+        let estimated = estimated
+            .filter(|(u, _)| self.free[u.parameter] && !parameters[u.parameter].is_initial_state);
         let predicted = |(unknown, standard_error): (&super::unknowns::Unknown, Option<f64>)| {
-            let parameter = &self.model.parameters()[unknown.parameter];
+            let parameter = &parameters[unknown.parameter];
             Predicted {
                 name: parameter.name,
                 unit: parameter.unit,

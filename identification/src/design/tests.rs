@@ -132,6 +132,37 @@ fn the_error_is_proportional_to_the_noise_and_to_the_inverse_root_of_the_duratio
     assert!((ratio - 0.5).abs() < 0.02, "{ratio}");
 }
 
+/// With the variances `A` and `F` of an estimate and of a value that are both free, and `C` of the
+/// estimate where the value is exact, a value that is known with the variance `S` leaves
+/// `C + (A - C) S/(F + S)`.
+#[test]
+fn a_held_value_with_an_error_adds_what_it_changes_in_the_estimates() {
+    let both = setup(10.0);
+    let command = designed(&both, "log-chirp", false).command_deg;
+    let place = |name| both.model.parameter_index(name).expect("a parameter");
+    let (pole, delay) = (place("pole_rad_s"), "delay_s");
+    let variance = |setup: &ExperimentSetup, name: &str| {
+        let prediction = setup.predict(&command).expect("a prediction");
+        let found = prediction.parameters.iter().find(|p| p.name == name);
+        let error = found.expect("it is free").standard_error;
+        error.expect("it is identified").powi(2)
+    };
+    let held = |error: Option<f64>| {
+        let mut setup = both.clone();
+        setup.free[pole] = false;
+        setup.held[pole] = error;
+        variance(&setup, delay)
+    };
+    let (free, exact) = (variance(&both, delay), held(None));
+    assert!(free > 1.1 * exact, "{free} {exact}");
+    let of_pole = variance(&both, "pole_rad_s");
+    for known in [0.1, 1.0, 10.0].map(|factor| factor * of_pole) {
+        let expected = exact + (free - exact) * known / (of_pole + known);
+        let found = held(Some(known.sqrt()));
+        assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+    }
+}
+
 #[test]
 fn every_input_of_the_catalogue_can_be_designed_or_is_refused_with_the_reason() {
     let setup = setup(10.0);
