@@ -115,7 +115,7 @@ impl Bench {
 impl Script for Bench {
     fn at_edge(&mut self, view: &mut View<'_>) -> Flow {
         view.plant.defects = self.defects;
-        self.check(&view.row);
+        self.check(view.row);
         let port = view.port(0).expect("a port");
         let frames = port.take_received().into_iter().map(|(_, frame)| frame);
         self.run_side.exchange(view, frames)
