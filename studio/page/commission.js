@@ -67,7 +67,7 @@ const show = host => {
     h('div', { class: 'column' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Commissioning'), h('div', { class: 'row' }, end, begin)), why,
         h('p', { class: 'soft' }, 'The shaft moves by itself for less than two minutes. Pulses of growing torque check the wiring and give the resistance, runs over a turn, if the range has one, the error of the encoder, runs at constant rate the torque constant and friction, excitations inertia and delay. Gains follow, which motions verify, and the baseline of the health. Space stops it; then nothing is changed.'),
-        h('div', { class: 'fields' }, row(low, 'Lowest angle', unitOf), row(high, 'Highest angle', unitOf), row(current, 'Current', '% of rated', 'Highest mean current, % of the rated current 6075h'), row(rate, 'Rate', 'deg/s', 'Highest rate of the runs')),
+        h('div', { class: 'fields' }, row(low, 'Lowest angle', unitOf), row(high, 'Highest angle', unitOf), row(current, 'Current', '% of rated', 'Highest mean current, % of the rated current 6075h; a brake of the shaft may have more'), row(rate, 'Rate', 'deg/s', 'Highest rate of the runs')),
         h('p', {}, h('label', {}, stops, ' Find the stops instead, at half of the current')),
         h('p', {}, h('label', {}, save, ' Save range, motor, gains and baseline of the health when all steps have succeeded'))),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Progress')), lines)),

@@ -52,7 +52,7 @@ export const healthCard = () => {
   let baselines = [];
   const draw = () => {
     if (!charts.length) build();
-    const [at, ...values] = span.value === 'life' ? life.series(plotted.length) : [times, ...series];
+    const [at, ...values] = span.value === 'life' ? life.series(plotted.map(({ id }) => id)) : [times, ...series];
     charts.forEach((chart, i) => {
       chart.setSize({ width: plots.clientWidth || 600, height: HEIGHT });
       chart.setData([at, values[i], at.map(() => baselines[i] ?? null)]);
@@ -73,7 +73,7 @@ export const healthCard = () => {
       say(cells.now, !row.now ? '–' : now == null ? 'not known yet' : `${short(now)}${error} ${row.unit}`);
       say(cells.baseline, baseline ? `${short(baseline / by)} ${row.unit}` : '–');
       say(cells.change, baseline && isKnown ? `${short(values[row.change] / changeBy)} ${changeUnit}` : '–');
-      const trend = row.now ? life.trend(plotted.indexOf(row)) : null;
+      const trend = row.now ? life.trend(row.id) : null;
       say(cells.trend, trend ? `${short(+trend.slope.toPrecision(3))} ± ${short(+trend.error.toPrecision(2))} ${row.unit}/d` : '–');
       say(cells.samples, row.needsMotion ? String(samples) : '–');
       say(cells.level, level ? `${short(level / levelBy)} ${levelUnit}` : 'off');
@@ -83,13 +83,14 @@ export const healthCard = () => {
     }
     times.push((performance.now() - begun) / 1000);
     if (times.length > POINTS) [times, ...series].forEach(values => values.shift());
-    life.take(series.map(values => values.at(-1)));
+    // A mean of a shaft that has not moved is none of this hour.
+    life.take(Object.fromEntries(plotted.map(({ id, error }, i) => [id, error && series[i].at(-1) === life.last(id) ? null : series[i].at(-1)])));
     baselines = plotted.map(({ baseline, by }) => baseline && values[baseline] ? values[baseline] / by : null);
     draw();
   };
   const columns = ['Quantity', ...['Baseline', 'Now', 'Change', 'Trend', 'Samples', 'Level'].map(name => ({ name, number: true })), 'Warning'];
   const element = h('section', { class: 'card', id: 'means' }, h('header', {}, h('h2', {}, 'Health')),
-    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s with their standard errors, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 8 and 11 are among the parameters. This browser keeps a point an hour, by serial number, for the trend.'),
+    h('p', { class: 'soft' }, 'Means of the last 16 s above 40 deg/s with their standard errors, known after 4 s each way, read once a second. The view Commission takes the baseline; the levels 2053h:3 to 8 and 11 are among the parameters. This browser keeps a point an hour by serial number, later one a day, for the trend, under this address of Studio.'),
     table(columns, h('tbody', {}, rows.map(({ name, cells, warning }) => h('tr', {}, h('td', {}, name), ...Object.values(cells), warning)))),
     plots, h('div', { class: 'row' }, span, saving(plots, 'health')));
   return {

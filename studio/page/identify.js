@@ -33,7 +33,7 @@ const show = host => {
     put(predicted, table(['Parameter', { name: 'Expected', number: true }, { name: 'Error', number: true }], h('tbody', {}, answer.parameters.map(p => h('tr', {},
       h('td', {}, breakable(p.name, p.unit)), h('td', { class: 'number', title: p.unit }, short(p.value)),
       h('td', { class: 'number' }, p.standard_error == null ? 'not identifiable' : p.percent == null ? short(p.standard_error) : `${fixed(p.percent, p.percent < 10 ? 2 : 0)} %`))))),
-    h('p', { class: 'soft' }, `The angle reaches ${fixed(answer.largest_angle_deg, 1)}°; ${fixed(answer.limited_s, 1)} s at the rate limit. Noise assumed: ${answer.noise_deg}°.${answer.held.map(({ name, percent }) => ` Held: ${name}, ± ${fixed(percent, 1)} %.`).join('')}`));
+    h('p', { class: 'soft' }, `The angle reaches ${fixed(answer.largest_angle_deg, 1)}°; ${fixed(answer.limited_s, 1)} s at the rate limit. Noise assumed: ${answer.noise_deg}°.${answer.held.map(({ name, percent }) => ` Held as after a commissioning: ${name}, ± ${fixed(percent, 1)} %; the errors of the fit are without it.`).join('')}`));
   }
   const form = new ExcitationForm('identify', settings => { if (form.isValid) predict(settings); update(); });
   const run = button('Run and fit', measure, { class: 'primary', id: 'identify-run' });

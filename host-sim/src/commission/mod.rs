@@ -165,13 +165,23 @@ pub enum CommissionError {
 pub struct Limits {
     /// The range of the angle, which becomes 607Dh, mdeg; without it the stops are found.
     pub range_mdeg: Option<(i32, i32)>,
-    /// Highest mean current, in thousandths of the rated current 6075h; a lower 6072h remains.
+    /// Highest mean current, in thousandths of the rated current 6075h; a lower 6072h or 6073h counts.
     pub permille: u16,
     /// Highest rate of the runs, mdeg/s.
     pub rate_mdeg_s: i32,
 }
 
 impl Limits {
+    /// Those within 6072h and 6073h.
+    fn within_objects(&self, client: &mut Client) -> Result<Self, CommissionError> {
+        let most = client.integer("6072")?.min(client.integer("6073")?);
+        let permille = u16::try_from(most).unwrap_or(u16::MAX).min(self.permille);
+        if permille == 0 {
+            return refuse("wiring", "6072h or 6073h is 0, expected a current");
+        }
+        Ok(Self { permille, ..*self })
+    }
+
     /// Limits the current by 6072h, whose value of before is restored with the others.
     fn limit_current(&self, client: &mut Client) -> Result<(), ClientError> {
         let most = client.integer("6072")?.min(self.permille.into());
@@ -236,12 +246,13 @@ fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionErr
     wiring::check_temperature(client)?;
     // So far above the rate of the runs that the limit does not act on them.
     client.write("6080", &(limits.rate_mdeg_s / 4 * 5).to_string())?;
+    let limits = &limits.within_objects(client)?;
     limits.limit_current(client)?;
     let mut board = samples::Board::of(client)?;
     wiring::check(client, limits, &board)?;
     let cold = resistance::measure(client, limits, &mut board)?;
     // By it the board limits the current of what follows.
-    client.write("2011:1", &cold.resistance_ohm.value.to_string())?;
+    board.set_resistance(client, cold.resistance_ohm.value)?;
     let range_mdeg = match limits.range_mdeg {
         Some(range_mdeg) => range_mdeg,
         None => stops::find(client, limits)?,

@@ -83,6 +83,18 @@ impl Board {
         })
     }
 
+    /// Writes a resistance that was found, by which the board computes from now on.
+    pub fn set_resistance(
+        &mut self,
+        client: &mut Client,
+        resistance_ohm: f64,
+    ) -> Result<(), ClientError> {
+        client.write("2011:1", &resistance_ohm.to_string())?;
+        let inductance_h = self.assumed.inductance_h as f32;
+        self.ripple = Ripple::of(resistance_ohm as f32, inductance_h);
+        Ok(())
+    }
+
     /// The samples of a recording of [`SIGNALS`] in each control period, but for the first, the
     /// compare value before which is not known.
     pub fn samples(&self, capture: &Capture) -> Vec<Sample> {

@@ -79,44 +79,70 @@ pub(super) fn write_range(client: &mut Client, (low, high): (i64, i64)) -> Resul
 /// flash has the old set until the save.
 ///
 /// # Errors
-/// [`CommissionError`]; of an actuator that restarts, which has its old set then.
+/// [`CommissionError`]. The flash has the old set then, unless the actuator stays silent behind the
+/// request to save.
 pub fn write(client: &mut Client, findings: &Findings) -> Result<(), CommissionError> {
     let (low, high) = findings.range_mdeg;
     write_range(client, (low.into(), high.into()))?;
-    let objects = findings.objects();
-    for (object, value) in &objects {
+    for (object, value) in findings.objects() {
         client.write(object, &value.to_string())?;
     }
     // After the others: a change of the configuration clears it.
     let (days, ms) = time_of_day(SystemTime::now());
     client.write("1020:1", &days.to_string())?;
     client.write("1020:2", &ms.to_string())?;
-    let range = [("607D:1", low.into()), ("607D:2", high.into())];
-    let written: Vec<_> = range.into_iter().chain(objects).collect();
     // A restart before it would leave a part of the old set to be saved.
-    check(client, &written)?;
-    let saved = client.sdo().download(0x1010, 1, b"save");
-    saved.map_err(|source: SdoError| {
-        let name = "1010h:01".into();
-        ClientError::Object { name, source }
+    check(client, findings)?;
+    // A response that is lost does not show what the flash has; each save is that of the set which
+    // the actuator has.
+    repeated(|| {
+        let saved = client.sdo().download(0x1010, 1, b"save");
+        saved.map_err(|source: SdoError| {
+            let name = "1010h:01".into();
+            ClientError::Object { name, source }.into()
+        })
     })?;
     // A restart between the two would have saved the old set.
-    check(client, &written)
+    repeated(|| check(client, findings))
 }
 
-/// Refuses an actuator whose objects do not have these values: after a restart they have those of
+/// Repeats a transfer once to which the actuator has not answered, as while it restarts.
+fn repeated(
+    mut transfer: impl FnMut() -> Result<(), CommissionError>,
+) -> Result<(), CommissionError> {
+    match transfer() {
+        Err(CommissionError::Client(ClientError::Object {
+            source: SdoError::Timeout(_) | SdoError::Link(_),
+            ..
+        })) => transfer(),
+        result => result,
+    }
+}
+
+/// Refuses an actuator that does not have what was written: after a restart it has the values of
 /// the flash again.
-fn check(client: &mut Client, written: &[(&str, f64)]) -> Result<(), CommissionError> {
-    for (object, value) in written {
+fn check(client: &mut Client, findings: &Findings) -> Result<(), CommissionError> {
+    let differs = |object: &str, found: &str, value: &str| {
+        let why = format!(
+            "{object} is {found}, expected {value}: the actuator has restarted, or another master \
+             has written"
+        );
+        refuse("write", why)
+    };
+    let (low, high) = findings.range_mdeg;
+    for (object, value) in [("607D:1", low), ("607D:2", high)] {
+        let found = client.integer(object)?;
+        if found != i64::from(value) {
+            return differs(object, &found.to_string(), &value.to_string());
+        }
+    }
+    for (object, value) in findings.objects() {
         let entry = names::find(object).map_err(ClientError::from)?;
         let found = client.get(entry)?.to_string();
-        // The actuator has no wider numbers.
-        let value = *value as f32;
+        // The actuator has single precision; its integers here have fewer than 24 bits.
+        let value = value as f32;
         if found.parse() != Ok(value) {
-            let why = format!(
-                "{object} is {found}, expected {value}: the actuator has restarted with its old set"
-            );
-            return refuse("write", why);
+            return differs(object, &found, &value.to_string());
         }
     }
     Ok(())

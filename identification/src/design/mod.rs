@@ -37,8 +37,8 @@ pub struct ExperimentSetup {
     /// Which of them will be estimated.
     pub free: Vec<bool>,
     /// Standard errors of the values that will be held as known from elsewhere, each in the unit of
-    /// its parameter: what they change in the estimates is a part of the predicted errors. `None` of
-    /// a value that is exact, or free.
+    /// its parameter: what they change in the estimates is a part of the predicted errors. A value
+    /// without one, or with one that is not above zero, is exact.
     pub held: Vec<Option<f64>>,
     /// Standard deviation of the noise on the angle, deg.
     pub noise_deg: f64,
@@ -170,7 +170,7 @@ impl ExperimentSetup {
             spec.start = self.values[index];
             // The initial state is always estimated, which increases the standard errors.
             let free = self.free[index]
-                || self.held[index].is_some()
+                || self.held_error(index).is_some()
                 || parameters[index].is_initial_state;
             spec.role = if free { Role::Free } else { Role::Fixed };
         }
@@ -180,7 +180,7 @@ impl ExperimentSetup {
         // A value with an error is an unknown of which one measurement exists: what it shows by
         // itself adds to the information of the experiment.
         for (row, unknown) in unknowns.iter().enumerate() {
-            if let Some(error) = self.held[unknown.parameter] {
+            if let Some(error) = self.held_error(unknown.parameter) {
                 information[(row, row)] += self.variance_deg2() / error.powi(2);
             }
         }
@@ -213,6 +213,11 @@ impl ExperimentSetup {
         let states: Vec<ActiveLimit> = samples.iter().map(|s| s.state).collect();
         let limited = Limited::of(&experiment.recording.time_s, &states);
         Ok(limited.rate_limited_s() / limited.duration_s)
+    }
+
+    /// The standard error of a value that is held.
+    fn held_error(&self, parameter: usize) -> Option<f64> {
+        self.held[parameter].filter(|error| *error > 0.0)
     }
 
     /// Variance of a sample: noise, and the quantisation of the encoder as uniform noise.

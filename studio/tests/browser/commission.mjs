@@ -138,8 +138,8 @@ try {
   await other.picture('health', true);
   // The points of three days, which the browser has kept.
   await other.evaluate(`{
-    const key = Object.keys(localStorage).find(name => name.startsWith('health ')), [[now]] = JSON.parse(localStorage.getItem(key)).slice(-1);
-    localStorage.setItem(key, JSON.stringify([3, 2, 1].map(days => [now - 86400 * days, 33 - days + days % 2 / 10])));
+    const key = Object.keys(localStorage).find(name => name.startsWith('health ')), [{ s: now }] = JSON.parse(localStorage.getItem(key)).slice(-1);
+    localStorage.setItem(key, JSON.stringify([3, 2, 1].map(days => ({ s: now - 86400 * days, friction: 33 - days + days % 2 / 10 }))));
   }`);
   await other.show('move');
   await other.show('faults');

@@ -55,7 +55,7 @@ const STEP_MS: i32 = 500;
 /// Half of the way of the moves with feed-forward, mdeg: it lies within the least range.
 const WAY_MDEG: i32 = 12_000;
 
-/// Share of the acceleration from rest by the duty of the excitations that the moves need.
+/// The moves need this share of the acceleration that [`duty_pct`] gives at rest, without friction.
 const SHARE: f64 = 0.4;
 
 /// Feed-forward of the whole demand, in thousandths.
@@ -227,7 +227,10 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
     let mut twin = Twin {
         plant: plant(&identified, findings, ratio),
         control: control(client)?,
-        values: values(client)?,
+        values: values(
+            client,
+            identified.resistance_ohm.value / findings.resistance_ohm.value,
+        )?,
     };
     let predicted = Margins::of(
         &identified.motor([0.0; 5]),
@@ -308,8 +311,8 @@ fn identified(
     })
 }
 
-/// Greatest duty of the excitations, %: within the limit of the current at rest, where a motor takes
-/// the most.
+/// Greatest duty of the excitations, %: within the limit of the current at rest. A motor that is driven
+/// on takes less.
 fn duty_pct(client: &mut Client, identified: &Identified) -> Result<f64, CommissionError> {
     let most_v = most_a(client)? * identified.resistance_ohm.value;
     Ok(DUTY_PCT.min(100.0 * most_v / identified.supply_v.value))
@@ -354,8 +357,9 @@ fn control(client: &mut Client) -> Result<ControlParameters, CommissionError> {
     Ok(control)
 }
 
-/// The model of the board, which its feed-forward uses.
-fn values(client: &mut Client) -> Result<ObjectValues, CommissionError> {
+/// The model of the board, which its feed-forward uses, and its limit of the current with a winding
+/// of so many times its resistance at 25 deg C.
+fn values(client: &mut Client, warm: f64) -> Result<ObjectValues, CommissionError> {
     let mut values = ObjectValues::DEFAULT;
     let model = &mut values.model;
     let fields = [
@@ -370,9 +374,13 @@ fn values(client: &mut Client) -> Result<ObjectValues, CommissionError> {
     for (object, field) in fields {
         *field = real(client, object)? as f32;
     }
+    // In shares of the twin's rated current. Its winding has 25 deg C for its limit, and the
+    // resistance of the warm one.
     let rated_ma = f64::from(BoardParameters::DEFAULT.current.rated_ma);
-    let permille = most_a(client)? * 1e6 / rated_ma;
-    values.limits.max_torque_permille = permille.min(u16::MAX.into()) as u16;
+    let permille = most_a(client)? * warm * 1e6 / rated_ma;
+    let permille = permille.round().min(u16::MAX.into()) as u16;
+    values.limits.max_torque_permille = permille;
+    values.limits.max_current_permille = permille;
     Ok(values)
 }
 

@@ -15,8 +15,9 @@ use crate::requests::{Context, ExcitationValues};
 /// The longest excitation for which errors are predicted, s.
 const LONGEST_S: f64 = 120.0;
 
-/// What a fit of a motor holds, and the share of its standard error after a commissioning: the angle
-/// determines only the ratios of both and of the other parameters.
+/// What a fit of a motor holds, and the share of its standard error after a commissioning within 90
+/// deg (`tests/board/commissioning.rs` prints both): the angle determines only the ratios of both
+/// and of the other parameters.
 const HELD: [(&str, f64); 2] = [(TORQUE_CONSTANT, 0.014), ("winding_resistance_ohm", 0.011)];
 
 /// What is to be predicted.
