@@ -11,8 +11,8 @@ const HEIGHT = 160;
 const css = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
 // The quantities: mean, its standard error, baseline, change, level, bit of the warning, and what a
-// unit that is shown has of the object's. A jam has no mean. The winding has a limit, 2100h:11, in place
-// of a level: it reduces the current.
+// unit that is shown has of the object's. A jam has no mean. The winding has a limit, 2100h:11, in
+// place of a level: it reduces the current.
 const QUANTITIES = [
   { id: 'friction', name: 'Friction', unit: 'mA', now: '2052:1', error: '2054:1', baseline: '2053:1', change: '2052:6', level: '2053:3', by: 10, bit: 0, needsMotion: true },
   { id: 'load', name: 'Load', unit: 'mA', now: '2052:2', error: '2054:1', level: '2053:5', by: 10, levelBy: 10, levelUnit: 'mA', bit: 2, needsMotion: true },

@@ -30,7 +30,8 @@ export class Life {
     return this.points.findLast(point => id in point)?.[id];
   }
 
-  // Takes values by quantity; those that are not known are left out. The last ones of an hour remain.
+  // Takes values by quantity; those that are not known are left out. The last ones of an hour
+  // remain.
   take(values, nowS = Date.now() / 1000) {
     const known = Object.entries(values).filter(([, value]) => Number.isFinite(value));
     if (!this.key || !known.length) return;

@@ -165,27 +165,24 @@ pub enum CommissionError {
 pub struct Limits {
     /// The range of the angle, which becomes 607Dh, mdeg; without it the stops are found.
     pub range_mdeg: Option<(i32, i32)>,
-    /// Highest mean current, in thousandths of the rated current 6075h; a lower 6072h or 6073h counts.
+    /// Highest mean current, in thousandths of the rated current 6075h; a lower 6072h or 6073h
+    /// counts.
     pub permille: u16,
     /// Highest rate of the runs, mdeg/s.
     pub rate_mdeg_s: i32,
 }
 
 impl Limits {
-    /// Those within 6072h and 6073h.
-    fn within_objects(&self, client: &mut Client) -> Result<Self, CommissionError> {
+    /// Limits the current by 6072h, whose value of before is restored with the others. Returns the
+    /// limits within what 6072h and 6073h were.
+    fn limit_current(&self, client: &mut Client) -> Result<Self, CommissionError> {
         let most = client.integer("6072")?.min(client.integer("6073")?);
         let permille = u16::try_from(most).unwrap_or(u16::MAX).min(self.permille);
         if permille == 0 {
             return refuse("wiring", "6072h or 6073h is 0, expected a current");
         }
+        client.write("6072", &permille.to_string())?;
         Ok(Self { permille, ..*self })
-    }
-
-    /// Limits the current by 6072h, whose value of before is restored with the others.
-    fn limit_current(&self, client: &mut Client) -> Result<(), ClientError> {
-        let most = client.integer("6072")?.min(self.permille.into());
-        client.write("6072", &most.to_string())
     }
 }
 
@@ -246,8 +243,7 @@ fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionErr
     wiring::check_temperature(client)?;
     // So far above the rate of the runs that the limit does not act on them.
     client.write("6080", &(limits.rate_mdeg_s / 4 * 5).to_string())?;
-    let limits = &limits.within_objects(client)?;
-    limits.limit_current(client)?;
+    let limits = &limits.limit_current(client)?;
     let mut board = samples::Board::of(client)?;
     wiring::check(client, limits, &board)?;
     let cold = resistance::measure(client, limits, &mut board)?;

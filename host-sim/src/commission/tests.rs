@@ -68,8 +68,8 @@ fn with_a_magnet_at_its_tolerance_the_inertia_is_within_two_standard_errors() {
     }
 }
 
-/// The excitations are constants, which the board limits. With the usual limits the error is 3 %, by
-/// resistance, gains and magnet.
+/// The excitations are constants, which the board limits. With the usual limits the error is 3 %,
+/// by resistance, gains and magnet.
 #[test]
 fn with_lower_limits_of_rate_and_current_the_error_of_the_inertia_stays_below_4_percent() {
     for (rate_mdeg_s, permille) in [(40_000, 1000), (15_000, 1000), (120_000, 400)] {

@@ -60,9 +60,21 @@ pub struct Identified {
     pub delay_s: Estimate,
     /// Supply, V: its middle, and the distance of its ends as three standard errors.
     pub supply_v: Estimate,
+    /// Limit of the mean current, A.
+    pub most_a: f64,
 }
 
+/// Greatest duty of the excitations, %: below the limit of the duty.
+const DUTY_PCT: f64 = 70.0;
+
 impl Identified {
+    /// Sum of the duties of the lines of the sweep, and duty of a step, %: at rest within the limit
+    /// of the current. A motor that is driven on takes less.
+    pub fn duty_pct(&self) -> f64 {
+        let most_v = self.most_a * self.resistance_ohm.value;
+        DUTY_PCT.min(100.0 * most_v / self.supply_v.value)
+    }
+
     /// The motor, each parameter at its value plus so many standard errors: of resistance, back-EMF
     /// by rate, inertia, viscous friction and supply.
     pub fn motor(&self, errors: [f64; 5]) -> Motor {

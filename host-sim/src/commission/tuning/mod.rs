@@ -32,9 +32,6 @@ pub use verify::Line;
 
 const STEP: &str = "tuning";
 
-/// Sum of the duties of the lines of the sweep, and duty of a step, %: below the limit of the duty.
-const DUTY_PCT: f64 = 70.0;
-
 /// Greatest frequency of the sweep by that of the crossing: beyond it the shaft hardly moves.
 const BEYOND: f64 = 1.3;
 
@@ -55,7 +52,8 @@ const STEP_MS: i32 = 500;
 /// Half of the way of the moves with feed-forward, mdeg: it lies within the least range.
 const WAY_MDEG: i32 = 12_000;
 
-/// The moves need this share of the acceleration that [`duty_pct`] gives at rest, without friction.
+/// The moves need this share of the acceleration that [`Identified::duty_pct`] gives at rest,
+/// without friction.
 const SHARE: f64 = 0.4;
 
 /// Feed-forward of the whole demand, in thousandths.
@@ -224,13 +222,12 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
     write(client, &findings.objects())?;
     write(client, &gains)?;
     write(client, &FORWARD.map(|(object, _)| (object, 0.0)))?;
+    // The winding of the twin has 25 deg C for its limit, and the resistance of the warm one.
+    let warm = identified.resistance_ohm.value / findings.resistance_ohm.value;
     let mut twin = Twin {
         plant: plant(&identified, findings, ratio),
         control: control(client)?,
-        values: values(
-            client,
-            identified.resistance_ohm.value / findings.resistance_ohm.value,
-        )?,
+        values: values(client, identified.most_a * warm)?,
     };
     let predicted = Margins::of(
         &identified.motor([0.0; 5]),
@@ -242,20 +239,13 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
         return refuse(STEP, "the rounded gains have no margins");
     };
     let centre_mdeg = findings.range_mdeg.0.midpoint(findings.range_mdeg.1);
-    let duty_pct = duty_pct(client, &identified)?;
-    let lines = sweep(
-        client,
-        centre_mdeg,
-        &identified,
-        &mut twin,
-        (&predicted, duty_pct),
-    )?;
+    let lines = sweep(client, centre_mdeg, &identified, &mut twin, &predicted)?;
     let measured = verify::margins(&identified, &twin, &lines, predicted.crossing_hz);
     let mut disagreements = verify::of_sweep(&lines, &predicted, measured.as_ref());
     // What disagrees with its prediction moves no further.
     let mut stepped = None;
     if disagreements.is_empty() {
-        let step = step(client, centre_mdeg, &twin, duty_pct)?;
+        let step = step(client, centre_mdeg, &identified, &twin)?;
         disagreements.extend(step.disagreement("a step"));
         stepped = Some(step);
     }
@@ -267,7 +257,7 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
         ),
         None if !disagreements.is_empty() => (None, Some("the gains are not verified".into())),
         None => {
-            let moves = moves(client, centre_mdeg, &identified, (&mut twin, duty_pct))?;
+            let moves = moves(client, centre_mdeg, &identified, &mut twin)?;
             (Some(moves), moves.disagreement("moves with feed-forward"))
         }
     };
@@ -296,8 +286,11 @@ fn identified(
 ) -> Result<Identified, CommissionError> {
     let warm = 1.0 + COPPER_K * (winding_deg_c(client)? - COLD_DEG_C);
     let at_rest_v = client.integer("6079")? as f64 * 1e-3;
+    let permille = client.integer("6072")?.min(client.integer("6073")?);
+    let rated_ma = client.integer("6075")?;
     let super::Friction { upward, downward } = findings.friction;
     Ok(Identified {
+        most_a: permille as f64 * rated_ma as f64 * 1e-6,
         resistance_ohm: findings.resistance_ohm.over(1.0 / warm),
         inductance_h: findings.inductance_h,
         v_s_rad: findings.torque_constant_nm_a.over(1.0 / ratio),
@@ -309,19 +302,6 @@ fn identified(
             standard_error: (at_rest_v - findings.least_supply_v).abs() / 2.0 / design::REACH,
         },
     })
-}
-
-/// Greatest duty of the excitations, %: within the limit of the current at rest. A motor that is driven
-/// on takes less.
-fn duty_pct(client: &mut Client, identified: &Identified) -> Result<f64, CommissionError> {
-    let most_v = most_a(client)? * identified.resistance_ohm.value;
-    Ok(DUTY_PCT.min(100.0 * most_v / identified.supply_v.value))
-}
-
-/// The limit of the mean current, A.
-fn most_a(client: &mut Client) -> Result<f64, ClientError> {
-    let permille = client.integer("6072")?.min(client.integer("6073")?);
-    Ok(permille as f64 * client.integer("6075")? as f64 * 1e-6)
 }
 
 /// The model of the identified motor.
@@ -357,9 +337,8 @@ fn control(client: &mut Client) -> Result<ControlParameters, CommissionError> {
     Ok(control)
 }
 
-/// The model of the board, which its feed-forward uses, and its limit of the current with a winding
-/// of so many times its resistance at 25 deg C.
-fn values(client: &mut Client, warm: f64) -> Result<ObjectValues, CommissionError> {
+/// The model of the board, which its feed-forward uses, and a limit of the mean current, A.
+fn values(client: &mut Client, most_a: f64) -> Result<ObjectValues, CommissionError> {
     let mut values = ObjectValues::DEFAULT;
     let model = &mut values.model;
     let fields = [
@@ -374,11 +353,9 @@ fn values(client: &mut Client, warm: f64) -> Result<ObjectValues, CommissionErro
     for (object, field) in fields {
         *field = real(client, object)? as f32;
     }
-    // In shares of the twin's rated current. Its winding has 25 deg C for its limit, and the
-    // resistance of the warm one.
+    // Of the rated current of the twin.
     let rated_ma = f64::from(BoardParameters::DEFAULT.current.rated_ma);
-    let permille = most_a(client)? * warm * 1e6 / rated_ma;
-    let permille = permille.round().min(u16::MAX.into()) as u16;
+    let permille = (most_a * 1e6 / rated_ma).round().min(u16::MAX.into()) as u16;
     values.limits.max_torque_permille = permille;
     values.limits.max_current_permille = permille;
     Ok(values)
@@ -408,11 +385,11 @@ fn sweep(
     centre_mdeg: i32,
     identified: &Identified,
     twin: &mut Twin,
-    (predicted, duty_pct): (&Margins, f64),
+    predicted: &Margins,
 ) -> Result<[Line; LINES], CommissionError> {
     let (sine, base_mhz) = Multisine::reaching(BEYOND * predicted.crossing_hz);
     let pct_deg = identified.duty_by_command(&twin.control, &sine);
-    let amplitude_mdeg = mdeg(duty_pct / pct_deg, (LEAST_LINE_DEG, LINE_DEG));
+    let amplitude_mdeg = mdeg(identified.duty_pct() / pct_deg, (LEAST_LINE_DEG, LINE_DEG));
     let settings = [
         (3, 9),
         (4, amplitude_mdeg),
@@ -440,11 +417,11 @@ fn sweep(
 fn step(
     client: &mut Client,
     centre_mdeg: i32,
+    identified: &Identified,
     twin: &Twin,
-    duty_pct: f64,
 ) -> Result<Motion, CommissionError> {
     let pct_deg = twin.control.position_gain * twin.control.proportional_gain;
-    let amplitude_mdeg = mdeg(duty_pct / pct_deg, (LEAST_STEP_DEG, STEP_DEG));
+    let amplitude_mdeg = mdeg(identified.duty_pct() / pct_deg, (LEAST_STEP_DEG, STEP_DEG));
     let settings = [(3, 0), (4, amplitude_mdeg), (8, STEP_MS), (12, 1)];
     motion(
         &excite(client, centre_mdeg, (&SIGNALS, REST), &settings)?,
@@ -457,7 +434,7 @@ fn moves(
     client: &mut Client,
     centre_mdeg: i32,
     identified: &Identified,
-    (twin, duty_pct): (&mut Twin, f64),
+    twin: &mut Twin,
 ) -> Result<Motion, CommissionError> {
     client.quick_stop()?;
     write(client, &FORWARD)?;
@@ -465,7 +442,7 @@ fn moves(
     twin.values.tracking.model_permille = WHOLE;
     twin.values.tracking.dead_band_mdeg = DEAD_BAND_MDEG;
     let motor = identified.motor([0.0; 5]);
-    let greatest_deg_s2 = duty_pct * motor.motor_gain / motor.motor_time_constant_s;
+    let greatest_deg_s2 = identified.duty_pct() * motor.motor_gain / motor.motor_time_constant_s;
     let acceleration = ((SHARE * greatest_deg_s2 * 1e3) as u32).max(1).to_string();
     client.write("6083", &acceleration)?;
     client.write("6084", &acceleration)?;

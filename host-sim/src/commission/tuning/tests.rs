@@ -23,6 +23,7 @@ fn known(plant: &BoardPlantOptions) -> Identified {
     let drivetrain = &plant.drivetrain;
     let (motor, gears) = (&drivetrain.electrical, &drivetrain.gear_train);
     Identified {
+        most_a: 1.6,
         resistance_ohm: exact(motor.winding_resistance_ohm),
         inductance_h: motor.winding_inductance_h,
         v_s_rad: exact(motor.torque_constant_nm_a * gears.gear_ratio),
