@@ -12,13 +12,15 @@ const LIMITS = ['607D:1', '607D:2'];
 
 // What was entered, by actuator, and the last commissioning stay while other views are shown.
 const entered = new Map();
-let findsStops = false, saves = true, last = null, changed = () => {};
+let findsStops = false, saves = true, centres = false, last = null, changed = () => {}, reload = () => {};
 
 on('commission', ({ node, task, at_s, text, answer }) => {
   // Another page may have begun it.
   if (last?.isOver !== false || last.node !== node) last = { node, lines: [], isOver: false };
   if (answer) {
     Object.assign(last, { answer, isOver: true });
+    // The range that was entered is one of other positions.
+    if (answer.findings?.origin_mdeg != null) { entered.delete(node); reload(); }
     return changed();
   }
   last.task = task;
@@ -54,7 +56,8 @@ const show = host => {
   for (const { input } of [low, high, current, rate]) for (const event of ['input', 'change']) input.addEventListener(event, () => update());
   const box = (id, checked, onchange) => h('input', { type: 'checkbox', id, checked, onchange });
   const stops = box('commission-stops', findsStops, () => { findsStops = stops.checked; update(); });
-  const save = box('commission-save', saves, () => { saves = save.checked; });
+  const save = box('commission-save', saves, () => { saves = save.checked; update(); });
+  const centre = box('commission-centre', centres, () => { centres = centre.checked; });
   const begin = hold('Hold to commission', run, { id: 'commission-begin', title: 'Hold the button, or Enter' });
   const end = button('End', () => attempt(() => request('cancel', { task: last.task })), { id: 'commission-end' });
   const why = h('p', { class: 'soft', id: 'commission-why', 'aria-live': 'polite' }), lines = h('ol', { class: 'log steps', id: 'commission-lines', 'aria-live': 'polite' });
@@ -69,7 +72,8 @@ const show = host => {
         h('p', { class: 'soft' }, 'The shaft moves by itself for less than two minutes. Pulses of growing torque check the wiring and give the resistance, runs over a turn, if the range has one, the error of the encoder, runs at constant rate the torque constant and friction, excitations inertia and delay. Gains follow, which motions verify, and the baseline of the health. Space stops it; then nothing is changed.'),
         h('div', { class: 'fields' }, row(low, 'Lowest angle', unitOf), row(high, 'Highest angle', unitOf), row(current, 'Current', '% of rated', 'Highest mean current, % of the rated current 6075h; a brake of the shaft may have more'), row(rate, 'Rate', 'deg/s', 'Highest rate of the runs')),
         h('p', {}, h('label', {}, stops, ' Find the stops instead, at half of the current')),
-        h('p', {}, h('label', {}, save, ' Save range, motor, gains and baseline of the health when all steps have succeeded'))),
+        h('p', {}, h('label', {}, save, ' Save range, motor, gains and baseline of the health when all steps have succeeded')),
+        h('p', {}, h('label', { title: 'A homing where the shaft is changes all positions' }, centre, ' Make the middle of the range position 0 then'))),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Progress')), lines)),
     h('div', { class: 'column' }, result, h('section', { class: 'card' }, plots, h('div', { class: 'row' }, saving(plots, 'commission'))))));
 
@@ -103,7 +107,7 @@ const show = host => {
   async function run() {
     const { node } = state;
     last = { node, lines: [], isOver: false };
-    const about = { node, current_pct: current.read(), rate_deg_s: rate.read(), range_deg: findsStops ? null : entered.get(node), saves };
+    const about = { node, current_pct: current.read(), rate_deg_s: rate.read(), range_deg: findsStops ? null : entered.get(node), saves, centres: saves && centres };
     changed();
     try { await request('commission', about); } catch ({ message }) {
       // Where it has not begun, nothing else shows why.
@@ -123,7 +127,7 @@ const show = host => {
       table(['Quantity', { name: 'Value', number: true }, { name: 'Standard error', number: true }, 'Unit'], h('tbody', {}, all.map(({ name, value, error, unit }) => h('tr', {}, h('td', {}, name), h('td', { class: 'number' }, short(value)), h('td', { class: 'number' }, error == null ? '' : short(+error.toPrecision(2))), h('td', { class: 'unit' }, unit))))),
       contradictions.map(({ text }) => h('p', { class: 'note warn' }, `Contradicted by a second measurement, and not written: ${text}`)),
       refused.map(text => h('p', { class: 'note warn' }, text)),
-      h('p', { class: 'soft' }, `${saved ? 'Written' : 'To be written'}: the range (607Dh)`, objects.map(address => `, ${object(address)?.entry.toLowerCase() ?? address} (${address})`), '.')));
+      h('p', { class: 'soft' }, `${saved ? 'Written' : 'To be written'}: the range (607Dh)${findings.origin_mdeg == null ? '' : ', the origin (2041h:3)'}`, objects.map(address => `, ${object(address)?.entry.toLowerCase() ?? address} (${address})`), '.')));
   };
   let shown = null, count = -1;
   const update = () => {
@@ -132,18 +136,20 @@ const show = host => {
     begin.disabled = Boolean(text) || isUnderWay;
     end.disabled = !isUnderWay || last.task == null;
     for (const field of [low, high]) field.input.disabled = findsStops;
+    centre.disabled = !saves;
     const own = last?.node === node ? last.lines : [];
     if (own.length !== count || last !== shown?.last) { count = own.length; put(lines, own.toReversed().map(([time, text]) => h('li', {}, h('time', {}, time), text))); }
     if (last !== shown?.last || last?.answer !== shown.answer) { shown = { last, answer: last?.answer }; present(); }
   };
   changed = update;
+  reload = load;
   const unwatch = watch(() => {
     const one = chosen()?.node ?? null;
     if (one !== node) { node = one; shown = null; count = -1; put(result); if (node != null) { plot.show([node]); load(); } }
     update();
   });
   const cancel = animate(() => plot.draw());
-  return () => { unwatch(); cancel(); plot.destroy(); changed = () => {}; };
+  return () => { unwatch(); cancel(); plot.destroy(); changed = reload = () => {}; };
 };
 
 export default { id: 'commission', title: 'Commission', icon: 'M4 12l5 5L20 6M4 20h16', show };

@@ -11,7 +11,7 @@ use host_sim::can::client::Client;
 use host_sim::can::names;
 use host_sim::can::native_link::NativeLink;
 use host_sim::can::native_node::{CAPTURE_VALUES, NativeNode};
-use host_sim::commission::{CommissionError, Findings, Kept, Limits, find, measure, write};
+use host_sim::commission::{CommissionError, Findings, Kept, Limits, centre, find, measure, write};
 use model_core::control::encoder_word::Magnet;
 use model_core::plant::board::{BoardPlantOptions, Defects, ENCODER_DELAY_S};
 use model_core::plant::drivetrain::DrivetrainParameters;
@@ -31,6 +31,9 @@ const LIMITS: Limits = Limits {
     permille: 1000,
     rate_mdeg_s: 120_000,
 };
+
+/// The NMT command.
+const RESET_NODE: u8 = 0x81;
 
 /// All steps of a commissioning, which are saved.
 fn commission(client: &mut Client) -> Findings {
@@ -109,6 +112,19 @@ fn all_values_of_twenty_servos_are_within_three_standard_errors() {
     });
 }
 
+/// The middle of a range becomes 0, and a restart keeps it: the origin and the range.
+fn set_centre(client: &mut Client, found: &mut Findings) {
+    found.range_mdeg = (-45_000, 25_000);
+    centre(client, found).expect("the shaft rests");
+    write(client, found).expect("it saves");
+    client.manage(RESET_NODE).expect("a bus");
+    client.pause(Duration::from_millis(300)).expect("a start");
+    let [origin, high] = ["2041:3", "607D:2"].map(|object| client.integer(object).expect(object));
+    // Two counts of the encoder, which the shaft moves when the drive holds it.
+    assert!((10_000 - origin).abs() <= 176, "{origin}");
+    assert!((34_824..=35_000).contains(&high), "{high}");
+}
+
 #[test]
 fn other_servos_are_commissioned_on_the_emulated_board() {
     let count = std::env::var("ACTUATOR_BENCHES");
@@ -116,7 +132,9 @@ fn other_servos_are_commissioned_on_the_emulated_board() {
     (0..count).into_par_iter().for_each(|seed| {
         let plant = BoardPlantOptions::another_servo(seed);
         let found = with_board(&plant, Defects::default(), BOUNDS, |client, _| {
-            commission(client)
+            let mut found = commission(client);
+            set_centre(client, &mut found);
+            found
         });
         assert_found(&found, &plant, &format!("bench {seed}"));
         // The sweep of the loop has the predicted margins within 2 deg and 1 dB.

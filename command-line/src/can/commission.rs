@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
-use std::sync::atomic::Ordering;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
@@ -34,7 +35,8 @@ use host_sim::file;
 /// 60F9h:1 to 3, 2013h:1 to 3, 2053h:1, 2, 9 and 10 and the date 1020h are written, and all are
 /// saved (1010h). A value that a second measurement contradicts, a viscous friction that is not
 /// known from zero, a supply resistance and a play that the moves do not show, and gains whose loop
-/// is not as predicted are reported and not written.
+/// is not as predicted are reported and not written. --centre homes where the shaft is then, which
+/// changes the origin 2041h:3, and all positions with it.
 #[derive(Debug, Args)]
 pub struct Commission {
     /// Range of the angle, deg; without it the stops are found at half of --current
@@ -46,6 +48,9 @@ pub struct Commission {
     /// Highest rate, deg/s
     #[arg(long, value_name = "DEG_S", default_value_t = 120, value_parser = clap::value_parser!(u16).range(40..=2000))]
     rate: u16,
+    /// Makes the middle of the range position 0
+    #[arg(long, conflicts_with = "dry_run")]
+    centre: bool,
     /// Keeps gains and feed-forward
     #[arg(long)]
     no_tuning: bool,
@@ -120,22 +125,37 @@ impl Commission {
 
     /// All steps, and the write unless it is a dry run. An error leaves the parameters of before.
     fn commission(&self, client: &mut Client, limits: &Limits) -> Result<Findings, Error> {
+        let stop = interrupt::stop()?;
         let kept = Kept::of(client)?;
         let find = |client: &mut Client| {
             commission::find(client, limits, (&kept, !self.no_tuning), |_| {})
         };
-        let findings = client.supervised(interrupt::stop()?, find, Client::quick_stop);
+        let findings = client.supervised(Arc::clone(&stop), find, Client::quick_stop);
         let restored = kept.restore(client);
-        let findings = match (findings, restored) {
+        let mut findings = match (findings, restored) {
             (Ok(findings), Ok(())) => findings,
             (Ok(_), Err(error)) => return Err(error.into()),
             (Err(error), restored) => return Err(behind(error, restored)),
         };
         if !self.dry_run {
-            let written = commission::write(client, &findings);
+            let written = self.write(client, &mut findings, stop);
             written.map_err(|error| behind(error, kept.restore(client)))?;
         }
         Ok(findings)
+    }
+
+    /// The last steps: the origin if it is wanted, and the write.
+    fn write(
+        &self,
+        client: &mut Client,
+        findings: &mut Findings,
+        stop: Arc<AtomicBool>,
+    ) -> Result<(), CommissionError> {
+        if self.centre {
+            let centre = |client: &mut Client| commission::centre(client, findings);
+            client.supervised(stop, centre, Client::quick_stop)?;
+        }
+        commission::write(client, findings)
     }
 
     fn report(&self, findings: &Findings) -> Result<(), Error> {
@@ -238,7 +258,14 @@ fn table(findings: &Findings, is_dry: bool) -> String {
         .collect();
     let _ = match is_dry {
         true => writeln!(text, "not written: --dry-run"),
-        false => writeln!(text, "written and saved: 607D, {}", objects.join(", ")),
+        false => {
+            let origin = findings.origin_mdeg.map_or("", |_| "2041:3, ");
+            writeln!(
+                text,
+                "written and saved: 607D, {origin}{}",
+                objects.join(", ")
+            )
+        }
     };
     text
 }

@@ -164,10 +164,10 @@ fn each_request_of_a_master_is_answered_and_the_program_waits_for_the_next() {
 }
 
 #[test]
-fn a_requested_commissioning_is_saved_with_its_date() {
+fn a_requested_commissioning_is_saved_with_its_date_and_the_middle_of_its_range_as_0() {
     let served = Served::new(&[]);
     let mut program = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
-        .args("commission --range -45 45 --on-request --no-tuning --bus".split(' '))
+        .args("commission --range -50 40 --centre --on-request --no-tuning --bus".split(' '))
         .arg(&served.bus)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
@@ -183,6 +183,17 @@ fn a_requested_commissioning_is_saved_with_its_date() {
     // It is answered before it is printed.
     assert!(served.text("get 2055").starts_with('3'));
     assert!(!served.text("get 1020:1").starts_with("0"));
+    // Within two counts of the encoder, with which the range is narrower.
+    let [origin, low, high] = ["2041:3", "607D:1", "607D:2"].map(|object| {
+        let text = served.text(&format!("get {object}"));
+        let number = text.split_whitespace().next();
+        number.and_then(|it| it.parse::<i32>().ok()).expect("mdeg")
+    });
+    assert!((4_800..=5_200).contains(&origin), "{origin}");
+    assert!(
+        low == -high && (44_800..=45_000).contains(&high),
+        "{low} to {high}"
+    );
     program.kill().expect("it waits");
     program.wait().expect("it ends");
 }

@@ -445,6 +445,14 @@ impl Client {
         Ok(())
     }
 
+    /// Starts the homing 6098h of a drive that is enabled in this mode.
+    ///
+    /// # Errors
+    /// [`ClientError::Object`].
+    pub fn start_homing(&mut self) -> Result<(), ClientError> {
+        self.control(ENABLED | controlword::START_HOMING)
+    }
+
     /// Commands a new set-point of profile position, which replaces the present one at once.
     ///
     /// # Errors

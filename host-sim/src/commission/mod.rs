@@ -4,6 +4,7 @@
 //! Nothing is saved before all steps have succeeded.
 
 mod baseline;
+mod centre;
 mod encoder;
 mod excite;
 mod friction;
@@ -30,6 +31,7 @@ use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 
 pub use baseline::{Baseline, baseline};
+pub use centre::centre;
 pub use encoder::{EncoderError, ErrorPoint, Harmonics};
 pub use friction::{Direction, Friction};
 pub use inertia::{Contradiction, Dynamics, Parameter};
@@ -83,6 +85,8 @@ impl Estimate {
 pub struct Findings {
     /// The range of the angle, mdeg.
     pub range_mdeg: (i32, i32),
+    /// The origin 2041h:3 by which the middle of the range is 0, after [`centre()`], mdeg.
+    pub origin_mdeg: Option<i32>,
     /// Resistance of winding, brushes and bridge at 25 deg C, ohm.
     pub resistance_ohm: Estimate,
     /// Inductance of the winding, H.
@@ -269,6 +273,7 @@ fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionErr
     let ratio = samples::real(client, "2011:3")?;
     Ok(Findings {
         range_mdeg,
+        origin_mdeg: None,
         resistance_ohm: cold.resistance_ohm,
         inductance_h: cold.winding.inductance_h,
         encoder,

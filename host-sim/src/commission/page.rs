@@ -1,6 +1,7 @@
 //! The page of a commissioning: what was measured, each value with its standard error and its step,
 //! what is written, and the loop as predicted and as measured.
 
+use super::centre::ORIGIN;
 use super::tuning::{Line, Proposal};
 use super::{EncoderError, Estimate, Findings, Harmonics};
 use crate::can::names;
@@ -128,7 +129,11 @@ fn at_a_glance(findings: &Findings, origin: &str, is_written: bool) -> Section {
         objects.push([object.into(), name.into(), value]);
     };
     let (low, high) = findings.range_mdeg;
-    for (object, mdeg) in [("607D:1", low), ("607D:2", high)] {
+    let origin = findings.origin_mdeg.map(|origin| (ORIGIN, origin));
+    for (object, mdeg) in [("607D:1", low), ("607D:2", high)]
+        .into_iter()
+        .chain(origin)
+    {
         row(object, Cell::Number(mdeg.into(), 0));
     }
     for (object, value) in findings.objects() {

@@ -3,6 +3,7 @@
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use super::baseline::BASELINE;
+use super::centre::ORIGIN;
 use super::encoder;
 use super::tuning;
 use super::{CommissionError, Findings, refuse};
@@ -19,6 +20,7 @@ const CHANGED: [&str; 22] = [
 
 /// The values of the objects that a commissioning changes for its motion.
 pub struct Kept {
+    origin_mdeg: i64,
     range_mdeg: (i64, i64),
     values: Vec<(&'static str, String)>,
 }
@@ -29,6 +31,7 @@ impl Kept {
     /// # Errors
     /// [`ClientError::Object`].
     pub fn of(client: &mut Client) -> Result<Self, ClientError> {
+        let origin_mdeg = client.integer(ORIGIN)?;
         let range_mdeg = (client.integer("607D:1")?, client.integer("607D:2")?);
         let mut values = Vec::new();
         let changed = CHANGED
@@ -39,20 +42,34 @@ impl Kept {
             let value = client.get(names::find(object)?)?;
             values.push((object, value.to_string()));
         }
-        Ok(Self { range_mdeg, values })
+        Ok(Self {
+            origin_mdeg,
+            range_mdeg,
+            values,
+        })
     }
 
     /// Writes them again; the drive is off. What is refused does not keep the others from being
-    /// written.
+    /// written. An origin that [`super::centre()`] has changed remains, as only a homing changes it.
     ///
     /// # Errors
-    /// [`ClientError::Object`] of the first that was refused.
+    /// [`ClientError::Object`] of the first that was refused, and [`ClientError::NotNow`] where the
+    /// origin is another one.
     pub fn restore(&self, client: &mut Client) -> Result<(), ClientError> {
         let range = write_range(client, self.range_mdeg);
         let others = self.values.iter();
-        others.fold(range, |first, (object, value)| {
+        let restored = others.fold(range, |first, (object, value)| {
             let written = client.write(object, value);
             first.and(written)
+        });
+        let origin = client.integer(ORIGIN);
+        restored?;
+        if origin? == self.origin_mdeg {
+            return Ok(());
+        }
+        Err(ClientError::NotNow {
+            node: client.node(),
+            why: "the origin 2041h:3 is not that of before",
         })
     }
 }
@@ -130,7 +147,11 @@ fn check(client: &mut Client, findings: &Findings) -> Result<(), CommissionError
         refuse("write", why)
     };
     let (low, high) = findings.range_mdeg;
-    for (object, value) in [("607D:1", low), ("607D:2", high)] {
+    let origin = findings.origin_mdeg.map(|origin| (ORIGIN, origin));
+    for (object, value) in [("607D:1", low), ("607D:2", high)]
+        .into_iter()
+        .chain(origin)
+    {
         let found = client.integer(object)?;
         if found != i64::from(value) {
             return differs(object, &found.to_string(), &value.to_string());

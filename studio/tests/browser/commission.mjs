@@ -6,7 +6,7 @@ import { closeBrowser, studio, visit, wait } from './session.mjs';
 
 const [actuator, pictures] = process.argv.slice(2);
 // What a commissioning writes, and what it changes for its motion.
-const OBJECTS = ['607D:1', '607D:2', '2011:1', '2011:2', '2011:4', '2011:5', '2011:6', '6060:0', '6080:0', '6081:0', '60FB:1', '60F9:1', '2013:1', '2053:1', '2053:2'];
+const OBJECTS = ['607D:1', '607D:2', '2041:3', '2011:1', '2011:2', '2011:4', '2011:5', '2011:6', '6060:0', '6080:0', '6081:0', '60FB:1', '60F9:1', '2013:1', '2053:1', '2053:2'];
 
 const request = (page, what, values) => page.evaluate(`import('/socket.js').then(s => s.request('${what}', ${JSON.stringify(values)}))`);
 const parameters = page => request(page, 'read', { node: 1, objects: OBJECTS });
@@ -81,7 +81,7 @@ try {
   await begin(page, '-45', '45');
   await moves(other);
   assert.match(await other.text('#commission-why'), /Another page has control/);
-  for (const [what, values] of [['enable', {}], ['move', { deg: 50 }], ['press', { nm: 0.5 }], ['commission', { range_deg: [-45, 45], current_pct: 100, rate_deg_s: 120, saves: false }]]) {
+  for (const [what, values] of [['enable', {}], ['move', { deg: 50 }], ['press', { nm: 0.5 }], ['commission', { range_deg: [-45, 45], current_pct: 100, rate_deg_s: 120, saves: false, centres: false }]]) {
     await assert.rejects(request(page, what, { node: 1, ...values }), /being commissioned|not enabled/, what);
   }
   await page.close();
@@ -101,7 +101,8 @@ try {
   await other.tap('#disable');
   await other.until("document.querySelector('#drive').textContent === 'switch on disabled'");
   await other.show('commission');
-  await begin(other, '-25', '25.0');
+  await other.tap('#commission-centre');
+  await begin(other, '-30', '20.0');
   const begun = Date.now();
   await over(other);
   assert.equal(await other.exists('#commission-result .note.bad'), false, await other.text('#commission-result'));
@@ -115,8 +116,12 @@ try {
     assert.ok(Math.abs(found[address] - +value) < 1e-4 * +value, `${address} is ${found[address]}`);
   }
   assert.match(await other.text('#commission-lines'), /excitation.*motion to .* deg.*rate of 120 deg\/s.*torque of/s, 'the last first');
-  assert.deepEqual([found['607D:1'], found['607D:2']], [-25_000, 25_000]);
-  assert.match(await other.text('#commission-result'), /written and saved.*armature resistance \(2011:1\)/s);
+  // The middle of the range is 0 but for two counts of the encoder, by which the range is narrower.
+  const half = found['607D:2'];
+  assert.ok(found['607D:1'] === -half && half <= 25_000 && half >= 24_824 && Math.abs(found['2041:3'] - 5_000) <= 176, JSON.stringify(found));
+  await other.until(`document.getElementById('commission-high').value === '${half / 1000}'`);
+  assert.match(await other.text('#commission-lines'), /writes and saves.*makes the middle of the range position 0/s);
+  assert.match(await other.text('#commission-result'), /written and saved.*the origin \(2041h:3\).*armature resistance \(2011:1\)/s);
   // The constant of the simulated motor, uV per deg/s, within 1 %.
   assert.ok(found['2053:1'] > 0 && Math.abs(found['2053:2'] - 20_218) < 202, 'the baseline of the health');
   assert.match(await other.text('#commission-lines'), /takes the baseline of the health.*finds gains, and verifies them.*checks the wiring/s);
@@ -149,7 +154,7 @@ try {
   assert.deepEqual([days.slice(0, 3).map(Math.round), friction_ma], [[-3, -2, -1], [30.1, 31, 32.1, null]]);
   await other.picture('life', true);
   await other.show('move');
-  await other.until("document.querySelector('#view-move .ends').textContent.includes('25 deg')");
+  await other.until(`document.querySelector('#view-move .ends').textContent.includes('${(half / 1000).toFixed(1).replace('.0', '')}')`);
   other.clean();
   console.log(`commissioned in ${((Date.now() - begun) / 1000).toFixed(0)} s`);
 } catch (error) {

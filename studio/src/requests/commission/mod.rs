@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use canopen::cob_id::{HEARTBEAT, SDO_RESPONSE};
 use host_sim::can::client::{Client, ClientError, MONITORED};
 use host_sim::commission::{
-    CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, find, write,
+    CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, centre, find, write,
 };
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -41,6 +41,8 @@ pub struct Order {
     rate_deg_s: u16,
     /// Whether what was found is written and saved.
     saves: bool,
+    /// Whether the middle of the range becomes position 0 then.
+    centres: bool,
 }
 
 /// The limits of the fields of a page.
@@ -91,7 +93,12 @@ pub fn commission(context: Context, order: Order) {
         Ok(limits) => limits,
         Err(why) => return context.reply.result(Err(why)),
     };
-    let Order { node, saves, .. } = order;
+    let Order {
+        node,
+        saves,
+        centres,
+        ..
+    } = order;
     let (page, reply) = (context.page, context.reply.clone());
     let guard = context.core.guard(node);
     let is_free = context.core.with_node(node, |node| {
@@ -113,6 +120,7 @@ pub fn commission(context: Context, order: Order) {
             guard,
             limits,
             saves,
+            centres,
         };
         let begun = core.at_node(node, move |_| {
             let _ = done.send(run.answer());
@@ -145,6 +153,7 @@ struct Run {
     guard: Guard,
     limits: Limits,
     saves: bool,
+    centres: bool,
 }
 
 impl Run {
@@ -189,17 +198,15 @@ impl Run {
             self.core.log("fault", Some(self.node), &text);
         }
         let is_ended = self.guard.is_stopped() || self.task.end().load(Ordering::Relaxed);
-        let findings = match findings {
+        let mut findings = match findings {
             Ok(findings) if restored.is_ok() && !is_ended => findings,
             Ok(_) => return Err(ended(ClientError::Interrupted.into(), restored)),
             Err(error) => return Err(ended(error, restored)),
         };
         if self.saves {
-            self.report("writes and saves what was found");
-            let mut client = self.client();
-            let written = write(&mut client, &findings);
+            let written = self.write(&mut findings);
             written.map_err(|error| {
-                let restored = kept.restore(&mut client);
+                let restored = self.end(&kept);
                 ended(error, restored.map_err(|error| error.to_string()))
             })?;
         }
@@ -207,6 +214,16 @@ impl Run {
             "saved": self.saves, "findings": findings,
             "objects": findings.objects().iter().map(|(object, _)| *object).collect::<Vec<_>>(),
         }))
+    }
+
+    /// The last steps: the origin if it is wanted, and the write.
+    fn write(&self, findings: &mut Findings) -> Result<(), CommissionError> {
+        if self.centres {
+            self.report("makes the middle of the range position 0");
+            self.supervised(|client| centre(client, findings))?;
+        }
+        self.report("writes and saves what was found");
+        write(&mut self.client(), findings)
     }
 
     /// Leaves the drive off and the actuator with the parameters of before. What a stop has ended
@@ -238,8 +255,16 @@ impl Run {
         }
     }
 
-    /// The heartbeats of other clients are received too: this one needs a node-ID of its own.
     fn find(&self, kept: &Kept) -> Result<Findings, CommissionError> {
+        self.supervised(|client| find(client, &self.limits, (kept, true), |step| self.report(step)))
+    }
+
+    /// Does what enables the drive. The heartbeats of other clients are received too: this one
+    /// needs a node-ID of its own.
+    fn supervised<T>(
+        &self,
+        motion: impl FnOnce(&mut Client) -> Result<T, CommissionError>,
+    ) -> Result<T, CommissionError> {
         let first = SDO_RESPONSE + u32::from(self.node);
         let link = self.core.hub.link(first..=HEARTBEAT + 127);
         let link = GuardedLink::new(link, self.guard.clone());
@@ -247,15 +272,11 @@ impl Run {
         let link = Reporting::new(link, move |text| report(&core, task, node, text));
         let mut client = Client::new(Box::new(link), self.node);
         let interrupt: Arc<AtomicBool> = self.task.end();
-        let measured = client.supervised(
-            Arc::clone(&interrupt),
-            |client| find(client, &self.limits, (kept, true), |step| self.report(step)),
-            Client::quick_stop,
-        );
-        match measured {
+        let done = client.supervised(Arc::clone(&interrupt), motion, Client::quick_stop);
+        match done {
             // A transfer that fails because the drive has been switched off is its consequence.
             Err(_) if interrupt.load(Ordering::Relaxed) => Err(ClientError::Interrupted.into()),
-            measured => measured,
+            done => done,
         }
     }
 
@@ -299,6 +320,7 @@ mod tests {
             current_pct,
             rate_deg_s,
             saves: false,
+            centres: false,
         }
     }
 
