@@ -1,6 +1,5 @@
 //! `actuator commission`: checks, measures, writes and saves.
 
-use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,12 +11,12 @@ use serde_json::json;
 use super::move_to::mdeg;
 use super::{AtNode, print_json};
 use crate::error::Error;
-use crate::output::print;
+use crate::output::{print, print_table};
 use crate::{interrupt, origin};
 use host_sim::can::client::{Client, ClientError};
 use host_sim::can::sdo::SdoError;
 use host_sim::commission::{
-    self, Baseline, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Request, Tuning,
+    self, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Request,
 };
 use host_sim::file;
 
@@ -128,7 +127,9 @@ impl Commission {
         let stop = interrupt::stop()?;
         let kept = Kept::of(client)?;
         let find = |client: &mut Client| {
-            commission::find(client, limits, (&kept, !self.no_tuning), |_| {})
+            commission::find(client, limits, (&kept, !self.no_tuning), |step| {
+                note!("{step}")
+            })
         };
         let findings = client.supervised(Arc::clone(&stop), find, Client::quick_stop);
         let restored = kept.restore(client);
@@ -170,7 +171,12 @@ impl Commission {
                 "findings": findings,
                 "objects": findings.objects(),
             })),
-            false => print(&table(findings, self.dry_run)),
+            false => {
+                let tables = findings.tables(!self.dry_run);
+                tables.iter().try_for_each(print_table)?;
+                let doubts = findings.doubts().into_iter();
+                print(&doubts.map(|doubt| doubt + "\n").collect::<String>())
+            }
         }
     }
 
@@ -217,125 +223,6 @@ fn range(low: i32, high: i32) -> Result<(i32, i32), Error> {
     let text =
         format!("--range is {low} to {high} mdeg, expected 40 to 720 deg from MIN up to MAX");
     Err(Error::Conflict(text))
-}
-
-/// A line for each value; what is identified has its standard error.
-fn table(findings: &Findings, is_dry: bool) -> String {
-    let mut text = String::new();
-    let dynamics = &findings.dynamics;
-    for (name, unit, _, estimate) in findings.estimates() {
-        let (value, error) = (estimate.value, estimate.standard_error);
-        let name = format!("{name}, {unit}");
-        let _ = writeln!(text, "{name:<28}{value:.6} +- {error:.6}");
-    }
-    let values = [
-        ("backlash, deg", dynamics.backlash_deg),
-        ("lowest supply, V", findings.least_supply_v),
-        ("board, deg C", findings.temperature_deg_c),
-    ];
-    for (name, value) in values {
-        let _ = writeln!(text, "{name:<28}{value:.2}");
-    }
-    let (low, high) = findings.range_mdeg;
-    let [low, high] = [low, high].map(|mdeg| f64::from(mdeg) * 1e-3);
-    let _ = writeln!(text, "{:<28}{low:.1} to {high:.1}", "range, deg");
-    for contradiction in &dynamics.contradictions {
-        let _ = writeln!(text, "contradiction: {}", contradiction.text);
-    }
-    if let Some(why) = &findings.encoder.without_error {
-        let _ = writeln!(text, "encoder error not written: {why}");
-    }
-    if let Some(tuning) = &findings.tuning {
-        write_tuning(&mut text, tuning);
-    }
-    if let Some(baseline) = &findings.baseline {
-        write_baseline(&mut text, baseline);
-    }
-    let objects: Vec<_> = findings
-        .objects()
-        .iter()
-        .map(|(object, _)| *object)
-        .collect();
-    let _ = match is_dry {
-        true => writeln!(text, "not written: --dry-run"),
-        false => {
-            let origin = findings.origin_mdeg.map_or("", |_| "2041:3, ");
-            writeln!(
-                text,
-                "written and saved: 607D, {origin}{}",
-                objects.join(", ")
-            )
-        }
-    };
-    text
-}
-
-/// Predicted margins and measured ones, and what disagrees.
-fn write_tuning(text: &mut String, tuning: &Tuning) {
-    if let Some(proposal) = &tuning.proposal {
-        for (name, margins) in proposal.margins() {
-            let Some(margins) = margins else { continue };
-            let (phase_deg, gain_db) = (margins.phase_deg, margins.gain_db);
-            let name = format!("margins {name}");
-            let _ = writeln!(text, "{name:<28}{phase_deg:.1} deg, {gain_db:.1} dB");
-        }
-        let motions = [("step", proposal.step), ("moves", proposal.moves)];
-        for (name, motion) in motions {
-            let Some(motion) = motion else { continue };
-            let name = format!("{name} against model, deg");
-            let (rms_deg, most_deg) = (motion.difference_deg, motion.limit_deg);
-            let _ = writeln!(
-                text,
-                "{name:<28}{rms_deg:.3} rms, expected below {most_deg:.3}"
-            );
-        }
-    }
-    for why in &tuning.disagreements {
-        let _ = writeln!(text, "gains not written: {why}");
-    }
-    if let Some(why) = &tuning.without_forward {
-        let _ = writeln!(text, "feed-forward not written: {why}");
-    }
-}
-
-/// The baseline of the health, or why there is none.
-fn write_baseline(text: &mut String, baseline: &Baseline) {
-    let _ = match &baseline.without_baseline {
-        Some(why) => writeln!(text, "baseline not written: {why}"),
-        None => {
-            let (friction, constant) = baseline.standard_errors;
-            let error = |error: Option<f64>, unit: f64| {
-                error.map_or_else(String::new, |error| format!(" +- {:.3}", error * unit))
-            };
-            let rows = [
-                (
-                    "baseline friction, mA",
-                    format!("{:.1}{}", baseline.friction_ma, error(friction, 1.0)),
-                ),
-                (
-                    "baseline constant, mV s/deg",
-                    format!(
-                        "{:.3}{}",
-                        baseline.constant_v_s_deg * 1e3,
-                        error(constant, 1e3)
-                    ),
-                ),
-                ("supply resistance, mohm", known(baseline.supply_mohm)),
-                ("play, mdeg", known(baseline.play_mdeg)),
-            ];
-            let mut rows = rows.iter();
-            rows.try_for_each(|(name, value)| writeln!(text, "{name:<28}{value}"))
-        }
-    };
-}
-
-/// A value that is 0 where the moves did not show it.
-fn known(value: i64) -> String {
-    if value == 0 {
-        "not known".to_owned()
-    } else {
-        value.to_string()
-    }
 }
 
 impl From<CommissionError> for Error {

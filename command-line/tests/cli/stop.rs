@@ -179,7 +179,7 @@ fn a_requested_commissioning_is_saved_with_its_date_and_the_middle_of_its_range_
     // A read of the object would end the upload of a recording: the program prints what it saved.
     let lines = BufReader::new(program.stdout.take().expect("its output")).lines();
     let mut lines = lines.map_while(Result::ok);
-    assert!(lines.any(|line| line.starts_with("written and saved")));
+    assert!(lines.any(|line| line.starts_with("Written and saved")));
     // It is answered before it is printed.
     assert!(served.text("get 2055").starts_with('3'));
     assert!(!served.text("get 1020:1").starts_with("0"));

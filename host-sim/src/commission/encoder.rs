@@ -123,6 +123,16 @@ fn waves(angle_deg: f64) -> [f64; HARMONICS] {
     [x.cos(), x.sin(), (2.0 * x).cos(), (2.0 * x).sin()]
 }
 
+/// The span of the runs within a range.
+fn span_mdeg((low, high): (i32, i32)) -> i32 {
+    ((high - low) / 10 * 9).min(LONGEST_SPAN_MDEG)
+}
+
+/// Whether a range has the span that shows the error.
+pub fn has_span(range_mdeg: (i32, i32)) -> bool {
+    span_mdeg(range_mdeg) >= LEAST_SPAN_MDEG
+}
+
 /// Measures the error in runs within this range, mdeg, and writes it, so that the steps behind this
 /// one have the angle of the shaft. Without a result 2014h is as before, as within a range that is
 /// too small, where nothing moves.
@@ -132,10 +142,10 @@ pub fn measure(
     limits: &Limits,
     board: &Board,
 ) -> Result<EncoderError, CommissionError> {
-    let span_mdeg = ((high - low) / 10 * 9).min(LONGEST_SPAN_MDEG);
-    if span_mdeg < LEAST_SPAN_MDEG {
+    if !has_span((low, high)) {
         return Ok(EncoderError::default());
     }
+    let span_mdeg = span_mdeg((low, high));
     client.quick_stop()?;
     let mut before = Vec::new();
     for object in OBJECTS {

@@ -17,6 +17,7 @@ mod resistance;
 mod runs;
 mod samples;
 mod stops;
+mod tables;
 #[cfg(test)]
 mod tests;
 mod tuning;
@@ -206,7 +207,7 @@ fn uniform(largest: f64) -> f64 {
 /// # Errors
 /// [`CommissionError`].
 pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionError> {
-    steps(client, limits).map_err(with_cause)
+    steps(client, limits, &mut |_| {}).map_err(with_cause)
 }
 
 /// Faults that may come before the step that finds their cause: the error code, the step, and the
@@ -239,7 +240,12 @@ fn with_cause(error: CommissionError) -> CommissionError {
     }
 }
 
-fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionError> {
+fn steps(
+    client: &mut Client,
+    limits: &Limits,
+    report: &mut dyn FnMut(&str),
+) -> Result<Findings, CommissionError> {
+    report("checks the wiring");
     client.quick_stop()?;
     if let Some(range_mdeg) = limits.range_mdeg {
         wiring::check_room(client, range_mdeg)?;
@@ -250,24 +256,34 @@ fn steps(client: &mut Client, limits: &Limits) -> Result<Findings, CommissionErr
     let limits = &limits.limit_current(client)?;
     let mut board = samples::Board::of(client)?;
     wiring::check(client, limits, &board)?;
+    report("measures the resistance");
     let cold = resistance::measure(client, limits, &mut board)?;
     // By it the board limits the current of what follows.
     board.set_resistance(client, cold.resistance_ohm.value)?;
+    let find_stops = |client: &mut Client, report: &mut dyn FnMut(&str)| {
+        report("finds the stops");
+        stops::find(client, limits)
+    };
     let range_mdeg = match limits.range_mdeg {
         Some(range_mdeg) => range_mdeg,
-        None => stops::find(client, limits)?,
+        None => find_stops(client, report)?,
     };
+    if encoder::has_span(range_mdeg) {
+        report("measures the error of the encoder");
+    }
     let encoder = encoder::measure(client, range_mdeg, limits, &board)?;
     // With another correction the stops are at other angles.
     let range_mdeg = match (limits.range_mdeg, &encoder.harmonics) {
-        (None, Some(_)) => stops::find(client, limits)?,
+        (None, Some(_)) => find_stops(client, report)?,
         _ => range_mdeg,
     };
+    report("measures torque constant and friction");
     let runs = runs::measure(client, (range_mdeg, limits.rate_mdeg_s), &board)?;
     resistance::check(&cold, &runs.runs)?;
     let constant = runs.back_emf_per_rate()?;
     let held_nm_s = samples::real(client, "2011:5")?;
     let friction = friction::measure(&runs, &cold, constant, held_nm_s)?;
+    report("measures inertia and delay");
     let dynamics = inertia::measure(client, range_mdeg, &board, (&cold, constant, &friction))?;
     client.quick_stop()?;
     let ratio = samples::real(client, "2011:3")?;
@@ -301,8 +317,7 @@ pub fn find(
     (kept, tunes): (&Kept, bool),
     mut report: impl FnMut(&str),
 ) -> Result<Findings, CommissionError> {
-    report("checks the wiring, and measures the motor");
-    let mut findings = measure(client, limits)?;
+    let mut findings = steps(client, limits, &mut report).map_err(with_cause)?;
     if tunes {
         report("finds gains, and verifies them");
         findings.tuning = Some(tune(client, &findings)?);

@@ -1,13 +1,10 @@
 //! The page of a commissioning: what was measured, each value with its standard error and its step,
 //! what is written, and the loop as predicted and as measured.
 
-use super::centre::ORIGIN;
 use super::tuning::{Line, Proposal};
-use super::{EncoderError, Estimate, Findings, Harmonics};
-use crate::can::names;
+use super::{EncoderError, Findings};
 use crate::page::{Block, Page, Section};
 use crate::plot::{Figure, Panel, Series, Style};
-use crate::table::{Cell, Table};
 
 const INTRODUCTION: &str = "Standard errors have the residuals of the measurement, and what the \
     residuals do not show: gains of the measurements, eccentricity of the magnet, temperature of \
@@ -22,62 +19,8 @@ const LOOP: &str = "A multisine in the closed loop, with the gains in force. Mar
     the identified motor (predicted), the least ones of all motors within three standard errors, \
     and those of the motor as the sweep shows it.";
 
-/// Names of the parts of the encoder's error.
-const ENCODER_NAMES: [&str; 4] = [
-    "encoder once a turn, cosine",
-    "encoder once a turn, sine",
-    "encoder twice a turn, cosine",
-    "encoder twice a turn, sine",
-];
-
 const ENCODER: &str = "The angle by the encoder less that by the integral of the back-EMF, in means \
     over 5 deg of the turn, and the error once and twice a turn, which object 2014h corrects.";
-
-impl Findings {
-    /// Each measured quantity with its unit, the step that measures it, and its value.
-    pub fn estimates(&self) -> Vec<(&'static str, &'static str, &'static str, Estimate)> {
-        let (upward, downward) = (&self.friction.upward, &self.friction.downward);
-        let dynamics = &self.dynamics;
-        let runs = "runs at constant rate";
-        let mut estimates = vec![
-            ("resistance", "ohm", "pulses", self.resistance_ohm),
-            ("torque constant", "Nm/A", runs, self.torque_constant_nm_a),
-            ("friction upward", "Nm", runs, upward.coulomb_nm),
-            ("friction downward", "Nm", runs, downward.coulomb_nm),
-            ("viscous upward", "Nm s/rad", runs, upward.viscous_nm_s),
-            ("viscous downward", "Nm s/rad", runs, downward.viscous_nm_s),
-            ("inertia", "kg m^2", "chirp", dynamics.inertia_kg_m2),
-            ("delay", "s", "chirp", dynamics.delay_s),
-        ];
-        let harmonics = self.encoder.harmonics.iter().flat_map(Harmonics::all);
-        let harmonics = ENCODER_NAMES.into_iter().zip(harmonics);
-        let of_turn = "runs over a turn";
-        estimates.extend(harmonics.map(|(name, harmonic)| (name, "deg", of_turn, harmonic)));
-        estimates
-    }
-
-    /// What is not written, and why.
-    fn doubts(&self) -> Vec<String> {
-        let contradictions = &self.dynamics.contradictions;
-        let texts = contradictions
-            .iter()
-            .map(|it| format!("Contradiction: {}.", it.text));
-        let mut doubts: Vec<String> = texts.collect();
-        if let Some(tuning) = &self.tuning {
-            let gains = tuning.disagreements.iter();
-            doubts.extend(gains.map(|why| format!("Gains are not written: {why}.")));
-            let forward = tuning.without_forward.iter();
-            doubts.extend(forward.map(|why| format!("Feed-forward is not written: {why}.")));
-        }
-        let encoder = self.encoder.without_error.iter();
-        doubts
-            .extend(encoder.map(|why| format!("The error of the encoder is not written: {why}.")));
-        let baseline = self.baseline.iter();
-        let without = baseline.filter_map(|baseline| baseline.without_baseline.as_ref());
-        doubts.extend(without.map(|why| format!("The baseline is not written: {why}.")));
-        doubts
-    }
-}
 
 /// Makes the page; `origin` is how it was made, and `is_written` whether the values are saved.
 pub fn page(findings: &Findings, origin: &str, is_written: bool) -> Page {
@@ -86,8 +29,7 @@ pub fn page(findings: &Findings, origin: &str, is_written: bool) -> Page {
         constant(findings),
     ];
     sections.extend((!findings.encoder.points.is_empty()).then(|| encoder(&findings.encoder)));
-    let proposal = findings.tuning.as_ref().and_then(|it| it.proposal.as_ref());
-    sections.extend(proposal.map(closed_loop));
+    sections.extend(findings.proposal().map(closed_loop));
     Page {
         title: "Commissioning",
         introduction: INTRODUCTION,
@@ -100,58 +42,12 @@ fn at_a_glance(findings: &Findings, origin: &str, is_written: bool) -> Section {
     let mut blocks = vec![origin.into()];
     let warning = |text| Block::Warning(String::new(), text);
     blocks.extend(findings.doubts().into_iter().map(warning));
-    let columns = [
-        ("quantity", ""),
-        ("unit", ""),
-        ("value", ""),
-        ("standard error", ""),
-        ("share", "%"),
-        ("measured by", ""),
-    ];
-    let mut measured = Table::new("Measured", &columns);
-    for (name, unit, step, estimate) in findings.estimates() {
-        measured.push([
-            name.into(),
-            unit.into(),
-            Cell::significant(estimate.value),
-            Cell::significant(estimate.standard_error),
-            Cell::Number(100.0 * estimate.relative(), 1),
-            step.into(),
-        ]);
-    }
-    let caption = match is_written {
-        true => "Written and saved",
-        false => "To be written",
-    };
-    let mut objects = Table::new(caption, &[("object", ""), ("name", ""), ("value", "")]);
-    let mut row = |object: &str, value| {
-        let name = names::find(object).map(names::name).unwrap_or_default();
-        objects.push([object.into(), name.into(), value]);
-    };
-    let (low, high) = findings.range_mdeg;
-    let origin = findings.origin_mdeg.map(|origin| (ORIGIN, origin));
-    for (object, mdeg) in [("607D:1", low), ("607D:2", high)]
-        .into_iter()
-        .chain(origin)
-    {
-        row(object, Cell::Number(mdeg.into(), 0));
-    }
-    for (object, value) in findings.objects() {
-        row(object, Cell::significant(value));
-    }
-    let mut limits = Table::new("During the motion", &[("quantity", ""), ("value", "")]);
-    for (name, value, decimals) in [
-        ("lowest supply, V", findings.least_supply_v, 2),
-        (
-            "highest temperature of the board, deg C",
-            findings.temperature_deg_c,
-            1,
-        ),
-        ("backlash, deg", findings.dynamics.backlash_deg, 3),
-    ] {
-        limits.push([name.into(), Cell::Number(value, decimals)]);
-    }
-    blocks.extend([measured.into(), objects.into(), limits.into()]);
+    blocks.push(findings.measured().into());
+    blocks.extend(findings.baseline.iter().map(|it| it.table().into()));
+    blocks.extend([
+        findings.stored(is_written).into(),
+        findings.of_motion().into(),
+    ]);
     Section::new("At a glance", blocks)
 }
 
@@ -192,22 +88,13 @@ fn encoder(error: &EncoderError) -> Section {
 }
 
 fn closed_loop(proposal: &Proposal) -> Section {
-    let columns = [
-        ("margins", ""),
-        ("phase", "deg"),
-        ("gain", "dB"),
-        ("crossing", "Hz"),
+    let [margins, motions] = proposal.tables();
+    let blocks = [
+        LOOP.into(),
+        margins.into(),
+        bode(&proposal.lines).into(),
+        motions.into(),
     ];
-    let mut margins = Table::new("Margins", &columns);
-    for (name, of) in proposal.margins() {
-        margins.push([
-            name.into(),
-            Cell::optional(of.map(|margins| margins.phase_deg), 1),
-            Cell::optional(of.map(|margins| margins.gain_db), 1),
-            Cell::optional(of.map(|margins| margins.crossing_hz), 2),
-        ]);
-    }
-    let blocks = [LOOP.into(), margins.into(), bode(&proposal.lines).into()];
     Section::new("Closed loop", blocks)
 }
 

@@ -332,6 +332,15 @@ fn the_shaft_moves_for_less_than_two_minutes_and_not_beyond_the_rate_that_was_se
 #[test]
 fn the_baseline_is_that_of_later_moves_and_stays_where_these_do_not_show_it() {
     const BEFORE: [(&str, i64); 2] = [("2053:9", 900), ("2053:10", 700)];
+    // Within a range that is given, and smaller than a turn.
+    const STEPS: [&str; 6] = [
+        "checks the wiring",
+        "measures the resistance",
+        "measures torque constant and friction",
+        "measures inertia and delay",
+        "finds gains, and verifies them",
+        "takes the baseline of the health",
+    ];
     let (mut with_supply, mut kept_before) = (0, 0);
     for seed in 0..5 {
         let mut client = client(&BoardPlantOptions::another_servo(seed), Defects::default());
@@ -345,7 +354,7 @@ fn the_baseline_is_that_of_later_moves_and_stays_where_these_do_not_show_it() {
             steps.push(step.to_owned());
         });
         let found = found.expect("a good bench");
-        assert_eq!(steps.len(), 3, "{steps:?}");
+        assert_eq!(steps, STEPS);
         kept.restore(&mut client).expect("the drive is off");
         assert_eq!(client.integer("2053:1").expect("a baseline"), 0);
         write(&mut client, &found).expect("it saves");
@@ -412,6 +421,7 @@ fn the_page_shows_each_value_with_its_error_the_loop_and_what_is_not_written() {
         assert!(text.contains(object), "{object}");
     }
     assert!(text.contains("an origin") && text.contains("a contradiction"));
+    assert!(text.contains("with feed-forward") && text.contains("least of all motors"));
     assert!(text.contains("To be written") && !text.contains("Written and saved"));
     // Four rates upward and downward, whose line is within 1 % of the greatest back-EMF, 2.4 V.
     let runs = &found.constant_rates;
