@@ -69,11 +69,11 @@ const show = host => {
   put(host, h('div', { class: 'cards two' },
     h('div', { class: 'column' },
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Commissioning'), h('div', { class: 'row' }, end, begin)), why,
-        h('p', { class: 'soft' }, 'The shaft moves by itself for less than two minutes. Pulses of growing torque check the wiring and give the resistance, runs over a turn, if the range has one, the error of the encoder, runs at constant rate the torque constant and friction, excitations inertia and delay. Gains follow, which motions verify, and the baseline of the health. Space stops it; then nothing is changed.'),
+        h('p', { class: 'soft' }, 'The shaft moves by itself for less than two minutes. Pulses of growing torque check the wiring and give the resistance, runs over a turn, if the range has one, the error of the encoder, runs at constant rate the torque constant and friction, excitations inertia and delay. Gains follow, which motions verify, and the baseline of the health. Space stops it; then nothing is saved.'),
         h('div', { class: 'fields' }, row(low, 'Lowest angle', unitOf), row(high, 'Highest angle', unitOf), row(current, 'Current', '% of rated', 'Highest mean current, % of the rated current 6075h; a brake of the shaft may have more'), row(rate, 'Rate', 'deg/s', 'Highest rate of the runs')),
         h('p', {}, h('label', {}, stops, ' Find the stops instead, at half of the current')),
         h('p', {}, h('label', {}, save, ' Save range, motor, gains and baseline of the health when all steps have succeeded')),
-        h('p', {}, h('label', { title: 'A homing where the shaft is changes all positions' }, centre, ' Make the middle of the range position 0 then'))),
+        h('p', {}, h('label', { title: 'By a homing without a motion, which sets the origin 2041h:3. Angles of servo pulses keep their numbers.' }, centre, ' Also make the middle of the range position 0, before the save'))),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Progress')), lines)),
     h('div', { class: 'column' }, result, h('section', { class: 'card' }, plots, h('div', { class: 'row' }, saving(plots, 'commission'))))));
 

@@ -115,7 +115,7 @@ fn all_values_of_twenty_servos_are_within_three_standard_errors() {
 /// The middle of a range becomes 0, and a restart keeps it: the origin and the range.
 fn set_centre(client: &mut Client, found: &mut Findings) {
     found.range_mdeg = (-45_000, 25_000);
-    centre(client, found).expect("the shaft rests");
+    centre(client, &LIMITS, found).expect("the shaft rests");
     write(client, found).expect("it saves");
     client.manage(RESET_NODE).expect("a bus");
     client.pause(Duration::from_millis(300)).expect("a start");

@@ -34,8 +34,10 @@ use host_sim::file;
 /// 60F9h:1 to 3, 2013h:1 to 3, 2053h:1, 2, 9 and 10 and the date 1020h are written, and all are
 /// saved (1010h). A value that a second measurement contradicts, a viscous friction that is not
 /// known from zero, a supply resistance and a play that the moves do not show, and gains whose loop
-/// is not as predicted are reported and not written. --centre homes where the shaft is then, which
-/// changes the origin 2041h:3, and all positions with it.
+/// is not as predicted are reported and not written. --centre changes the origin 2041h:3 by a homing
+/// without a motion, so that the middle of the range is position 0; 607Dh is the range by the new
+/// positions, narrower by up to 0.5 deg at both ends. Angles of servo pulses, which are those of the
+/// encoder, and 2040h:3 keep their numbers.
 #[derive(Debug, Args)]
 pub struct Commission {
     /// Range of the angle, deg; without it the stops are found at half of --current
@@ -79,12 +81,25 @@ impl Commission {
         let limits = self.limits()?;
         let html = self.html.iter().map(|path| ("--html", path.as_path()));
         file::check(&html.collect::<Vec<_>>(), [])?;
+        self.check_requests(&limits)?;
         let mut client = self.at.open()?;
         if self.on_request {
             return self.serve(&mut client, &limits);
         }
         let findings = self.commission(&mut client, &limits)?;
         self.report(&findings)
+    }
+
+    /// Behind a centring --range would be one of other positions.
+    fn check_requests(&self, limits: &Limits) -> Result<(), Error> {
+        match limits.range_mdeg {
+            Some((low, high)) if self.on_request && self.centre && low != -high => {
+                let text = "--centre with --on-request changes the positions of --range for the \
+                            next request, expected a --range whose middle is 0, or none";
+                Err(Error::Conflict(text.into()))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Commissions at each request of a master until an interrupt, or an error of the bus.
@@ -139,7 +154,7 @@ impl Commission {
             (Err(error), restored) => return Err(behind(error, restored)),
         };
         if !self.dry_run {
-            let written = self.write(client, &mut findings, stop);
+            let written = self.write(client, limits, &mut findings, stop);
             written.map_err(|error| behind(error, kept.restore(client)))?;
         }
         Ok(findings)
@@ -149,11 +164,12 @@ impl Commission {
     fn write(
         &self,
         client: &mut Client,
+        limits: &Limits,
         findings: &mut Findings,
         stop: Arc<AtomicBool>,
     ) -> Result<(), CommissionError> {
         if self.centre {
-            let centre = |client: &mut Client| commission::centre(client, findings);
+            let centre = |client: &mut Client| commission::centre(client, limits, findings);
             client.supervised(stop, centre, Client::quick_stop)?;
         }
         commission::write(client, findings)

@@ -15,7 +15,7 @@ pub enum Request {
     Running = 2,
     /// It has ended, and what was found is saved.
     Saved = 3,
-    /// It was refused, or has failed; the parameters are those of before.
+    /// It was refused, or has failed, and nothing is saved.
     Refused = 4,
 }
 

@@ -1,7 +1,6 @@
 //! The findings as tables, which a page and a terminal show alike.
 
 use super::baseline::Baseline;
-use super::centre::ORIGIN;
 use super::tuning::Proposal;
 use super::{Estimate, Findings, Harmonics};
 use crate::can::names;
@@ -127,10 +126,7 @@ impl Findings {
             let name = names::find(object).map(names::name).unwrap_or_default();
             objects.push([object.into(), name.into(), value]);
         };
-        let (low, high) = self.range_mdeg;
-        let origin = self.origin_mdeg.map(|origin| (ORIGIN, origin));
-        let range = [("607D:1", low), ("607D:2", high)];
-        for (object, mdeg) in range.into_iter().chain(origin) {
+        for (object, mdeg) in self.positions() {
             row(object, Cell::Number(mdeg.into(), 0));
         }
         for (object, value) in self.objects() {

@@ -1,6 +1,7 @@
 //! Benches with secret parameters: what is measured of them, refused, and written.
 
 mod bench;
+mod centre;
 mod encoder;
 
 use std::io;
@@ -17,8 +18,8 @@ pub use self::bench::{LIMITS, client};
 use self::bench::{client_of, client_within};
 use super::runs::arrive;
 use super::{
-    Baseline, Contradiction, Findings, Friction, Kept, Limits, Parameter, centre, find, measure,
-    page, tune, write,
+    Baseline, Contradiction, Findings, Friction, Kept, Limits, Parameter, find, measure, page,
+    tune, write,
 };
 use crate::can::client::Client;
 use crate::can::link::Link;
@@ -179,52 +180,6 @@ fn only_the_write_changes_what_the_actuator_keeps() {
     assert_eq!(client.integer("607D:2").expect("a limit"), 45_000);
     // The date of the configuration, days since 1984, of a test that runs after 2026-01-01.
     assert!(client.integer("1020:1").expect("a date") >= 15_341);
-}
-
-#[test]
-fn the_middle_of_the_range_becomes_0_and_a_restart_keeps_it() {
-    let options = BoardPlantOptions::another_servo(3);
-    let mut client = client_within(&options, Defects::default(), 50.0);
-    let limits = Limits {
-        range_mdeg: Some((-50_000, 20_000)),
-        ..LIMITS
-    };
-    let kept = Kept::of(&mut client).expect("values");
-    let mut found = measure(&mut client, &limits).expect("a good bench");
-    kept.restore(&mut client).expect("the drive is off");
-    let angle = client.integer("6064").expect("an angle");
-    centre(&mut client, &mut found).expect("the shaft rests");
-    let error = kept.restore(&mut client).expect_err("another origin");
-    assert!(error.to_string().contains("2041h:3"), "{error}");
-    assert_eq!(client.integer("6098").expect("a method"), 0);
-    assert_eq!(client.integer("607C").expect("an offset"), 0);
-    let origin = found.origin_mdeg.expect("an origin");
-    let (low, high) = found.range_mdeg;
-    // Two counts of the encoder.
-    assert!((15_000 - origin).abs() <= 176, "{origin}");
-    assert_eq!(low, -high);
-    assert!((34_824..=35_000).contains(&high), "{high}");
-    write(&mut client, &found).expect("it saves");
-    client.manage(0x81).expect("a reset");
-    client.pause(START).expect("a start");
-    assert_eq!(
-        client.integer("2041:3").expect("an origin"),
-        i64::from(origin)
-    );
-    assert_eq!(client.integer("607D:2").expect("a limit"), i64::from(high));
-    let moved = client.integer("6064").expect("an angle") - angle;
-    assert!((moved - i64::from(origin)).abs() <= 176, "{moved}");
-    // Measured again by the new positions it is the same servo, whose shaft keeps its range.
-    let limits = Limits {
-        range_mdeg: Some(found.range_mdeg),
-        ..LIMITS
-    };
-    let again = measure(&mut client, &limits).expect("a good bench");
-    for (first, second) in found.estimates().iter().zip(again.estimates()) {
-        let ((name, .., first), (.., second)) = (first, second);
-        let z = (first.value - second.value) / first.standard_error.hypot(second.standard_error);
-        assert!(z.abs() < 3.0, "{name}: {first:?}, {second:?}");
-    }
 }
 
 /// Time of a start of the node.

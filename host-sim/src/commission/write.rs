@@ -3,7 +3,7 @@
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use super::baseline::BASELINE;
-use super::centre::ORIGIN;
+use super::centre::{self, ORIGIN};
 use super::encoder;
 use super::tuning;
 use super::{CommissionError, Findings, refuse};
@@ -12,10 +12,10 @@ use crate::can::names;
 use crate::can::sdo::SdoError;
 
 /// The objects that the motion changes.
-const CHANGED: [&str; 22] = [
-    "6060", "6072", "6080", "6081", "2020:3", "2020:4", "2020:5", "2020:6", "2020:7", "2020:8",
-    "2020:11", "2020:12", "2030:3", "2030:5", "2031:1", "2031:2", "2031:3", "2031:4", "2031:5",
-    "2031:6", "2031:7", "2031:8",
+const CHANGED: [&str; 24] = [
+    "6060", "6072", "6080", "6081", "6098", "607C", "2020:3", "2020:4", "2020:5", "2020:6",
+    "2020:7", "2020:8", "2020:11", "2020:12", "2030:3", "2030:5", "2031:1", "2031:2", "2031:3",
+    "2031:4", "2031:5", "2031:6", "2031:7", "2031:8",
 ];
 
 /// The values of the objects that a commissioning changes for its motion.
@@ -50,21 +50,26 @@ impl Kept {
     }
 
     /// Writes them again; the drive is off. What is refused does not keep the others from being
-    /// written. An origin that [`super::centre()`] has changed remains, as only a homing changes it.
+    /// written. An origin that [`super::centre()`] has changed remains, as only a homing changes it:
+    /// 607Dh then is the same range by the new positions.
     ///
     /// # Errors
     /// [`ClientError::Object`] of the first that was refused, and [`ClientError::NotNow`] where the
     /// origin is another one.
     pub fn restore(&self, client: &mut Client) -> Result<(), ClientError> {
-        let range = write_range(client, self.range_mdeg);
+        let range = self.restore_range(client);
         let others = self.values.iter();
-        let restored = others.fold(range, |first, (object, value)| {
+        others.fold(range, |first, (object, value)| {
             let written = client.write(object, value);
             first.and(written)
-        });
-        let origin = client.integer(ORIGIN);
-        restored?;
-        if origin? == self.origin_mdeg {
+        })
+    }
+
+    fn restore_range(&self, client: &mut Client) -> Result<(), ClientError> {
+        let shift = centre::shift(client, self.origin_mdeg)?;
+        let (low, high) = self.range_mdeg;
+        write_range(client, (low + shift, high + shift))?;
+        if shift == 0 {
             return Ok(());
         }
         Err(ClientError::NotNow {
@@ -77,9 +82,9 @@ impl Kept {
 /// A time as days since 1984-01-01 and milliseconds of the day (CiA 301, TIME_OF_DAY); 0 before.
 fn time_of_day(time: SystemTime) -> (u64, u64) {
     /// From 1970-01-01: 14 years, three of them with a leap day.
-    const ORIGIN: Duration = Duration::from_secs((14 * 365 + 3) * DAY_S);
+    const SINCE: Duration = Duration::from_secs((14 * 365 + 3) * DAY_S);
     const DAY_S: u64 = 86_400;
-    let since = time.duration_since(UNIX_EPOCH + ORIGIN).unwrap_or_default();
+    let since = time.duration_since(UNIX_EPOCH + SINCE).unwrap_or_default();
     let ms = since.as_secs() % DAY_S * 1000 + u64::from(since.subsec_millis());
     (since.as_secs() / DAY_S, ms)
 }
@@ -146,12 +151,7 @@ fn check(client: &mut Client, findings: &Findings) -> Result<(), CommissionError
         );
         refuse("write", why)
     };
-    let (low, high) = findings.range_mdeg;
-    let origin = findings.origin_mdeg.map(|origin| (ORIGIN, origin));
-    for (object, value) in [("607D:1", low), ("607D:2", high)]
-        .into_iter()
-        .chain(origin)
-    {
+    for (object, value) in findings.positions() {
         let found = client.integer(object)?;
         if found != i64::from(value) {
             return differs(object, &found.to_string(), &value.to_string());

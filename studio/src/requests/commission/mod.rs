@@ -220,7 +220,7 @@ impl Run {
     fn write(&self, findings: &mut Findings) -> Result<(), CommissionError> {
         if self.centres {
             self.report("makes the middle of the range position 0");
-            self.supervised(|client| centre(client, findings))?;
+            self.supervised(|client| centre(client, &self.limits, findings))?;
         }
         self.report("writes and saves what was found");
         write(&mut self.client(), findings)
