@@ -115,7 +115,7 @@ impl Table {
     }
 
     /// For each column, whether it contains numbers, which are aligned right.
-    pub(crate) fn numeric_columns(&self) -> Vec<bool> {
+    pub fn numeric_columns(&self) -> Vec<bool> {
         let is_numeric = |column| {
             let cells = || self.rows.iter().filter_map(|row| row.get(column));
             cells().any(|c| matches!(c, Cell::Number(..)))

@@ -3,7 +3,7 @@
 import { h, put, say, button, attempt, badge, short, table, fixed } from './dom.js';
 import { on, request } from './socket.js';
 import { NumberField } from './number.js';
-import { state, watch, chosen, hasControl, object, limits, factor, angleUnit, read } from './state.js';
+import { state, watch, chosen, hasControl, limits, factor, angleUnit, read } from './state.js';
 import { hold } from './control.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
 import { saving } from './save.js';
@@ -19,8 +19,8 @@ on('commission', ({ node, task, at_s, text, answer }) => {
   if (last?.isOver !== false || last.node !== node) last = { node, lines: [], isOver: false };
   if (answer) {
     Object.assign(last, { answer, isOver: true });
-    // The range that was entered is one of other positions.
-    if (answer.findings?.origin_mdeg != null) { entered.delete(node); reload(); }
+    // The saved range may be another one than that which was entered.
+    if (answer.saved) { entered.delete(node); reload(); }
     return changed();
   }
   last.task = task;
@@ -30,21 +30,9 @@ on('commission', ({ node, task, at_s, text, answer }) => {
 });
 on('closed', () => { if (last) last.isOver = true; });
 
-// Names and units as the findings have them: `torque_constant_nm_a` is in N m/A.
-const UNITS = { ohm: 'Ω', v_s_deg: 'V s/deg', ma: 'mA', hz: 'Hz', db: 'dB', nm_a: 'N m/A', nm_s: 'N m s/rad', kg_m2: 'kg m²', deg_c: '°C', nm: 'N m', mdeg: 'mdeg', deg: 'deg', v: 'V', s: 's' };
-const named = name => {
-  const unit = Object.keys(UNITS).find(unit => name.endsWith(`_${unit}`));
-  return { name: (unit ? name.slice(0, -unit.length - 1) : name).replaceAll('_', ' '), unit: unit ? UNITS[unit] : '' };
-};
-// The rows of a table of all values and estimates in the findings.
-const rowsOf = (findings, path = []) => Object.entries(findings).flatMap(([key, value]) => {
-  const { name, unit } = named(key), row = (value, error) => [{ name: [...path, name].join(', '), value, error, unit }];
-  if (typeof value === 'number') return row(value, null);
-  if (value === null || typeof value !== 'object' || Array.isArray(value)) return [];
-  return 'standard_error' in value ? row(value.value, value.standard_error) : rowsOf(value, [...path, name]);
-});
-// The motor first, then what else is estimated.
-const rank = ({ name, error }) => error == null ? 2 : name.includes(',') ? 1 : 0;
+const tableOf = ({ caption, columns, rows }) => [h('h3', {}, caption),
+  table(columns.map(({ name, unit, number }) => ({ name: unit ? `${name} (${unit})` : name, number })),
+    h('tbody', {}, rows.map(row => h('tr', {}, row.map((text, i) => h('td', { class: columns[i].number && 'number' }, text))))))];
 
 const show = host => {
   const { commission } = state.hello, [least, most] = commission.range_deg;
@@ -119,15 +107,9 @@ const show = host => {
     const { answer } = last ?? {};
     if (last?.node !== node || !answer) return put(result);
     if (answer.error) return put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Not commissioned')), h('p', { class: 'note bad', role: 'alert' }, answer.error)));
-    const { findings, objects, saved } = answer, all = rowsOf(findings).sort((a, b) => rank(a) - rank(b)), contradictions = findings.dynamics?.contradictions ?? [];
-    const { tuning, baseline, encoder } = findings;
-    const refused = [...encoder?.without_error ? [`The error of the encoder is not written: ${encoder.without_error}`] : [], ...tuning?.disagreements.map(why => `The gains are not written: ${why}`) ?? [], ...tuning?.without_forward ? [`The feed-forward is not written: ${tuning.without_forward}`] : [], ...baseline?.without_baseline ? [`The baseline of the health is not written: ${baseline.without_baseline}`] : []];
-    const [from, to] = findings.range_mdeg.map(mdeg => short(mdeg / 1000));
+    const { range_mdeg, doubts, tables, saved } = answer, [from, to] = range_mdeg.map(mdeg => short(mdeg / 1000));
     put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `Actuator ${node}, from ${from} to ${to} deg`), saved ? badge('written and saved', 'good') : badge('not written', 'warn')),
-      table(['Quantity', { name: 'Value', number: true }, { name: 'Standard error', number: true }, 'Unit'], h('tbody', {}, all.map(({ name, value, error, unit }) => h('tr', {}, h('td', {}, name), h('td', { class: 'number' }, short(value)), h('td', { class: 'number' }, error == null ? '' : short(+error.toPrecision(2))), h('td', { class: 'unit' }, unit))))),
-      contradictions.map(({ text }) => h('p', { class: 'note warn' }, `Contradicted by a second measurement, and not written: ${text}`)),
-      refused.map(text => h('p', { class: 'note warn' }, text)),
-      h('p', { class: 'soft' }, `${saved ? 'Written' : 'To be written'}: the range (607Dh)${findings.origin_mdeg == null ? '' : ', the origin (2041h:3)'}`, objects.map(address => `, ${object(address)?.entry.toLowerCase() ?? address} (${address})`), '.')));
+      doubts.map(text => h('p', { class: 'note warn' }, text)), tables.flatMap(tableOf)));
   };
   let shown = null, count = -1;
   const update = () => {

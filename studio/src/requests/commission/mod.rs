@@ -11,6 +11,7 @@ use host_sim::can::client::{Client, ClientError, MONITORED};
 use host_sim::commission::{
     CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, centre, find, write,
 };
+use host_sim::table::{Cell, Table};
 use serde::Deserialize;
 use serde_json::{Value, json};
 
@@ -210,9 +211,10 @@ impl Run {
                 ended(error, restored.map_err(|error| error.to_string()))
             })?;
         }
+        let tables = findings.tables(self.saves);
         Ok(json!({
-            "saved": self.saves, "findings": findings,
-            "objects": findings.objects().iter().map(|(object, _)| *object).collect::<Vec<_>>(),
+            "saved": self.saves, "range_mdeg": findings.range_mdeg, "doubts": findings.doubts(),
+            "tables": tables.iter().map(shown).collect::<Vec<_>>(),
         }))
     }
 
@@ -299,6 +301,19 @@ fn joined<T: Send>(
                 text.unwrap_or("the reason is not known")
             ),
         })
+    })
+}
+
+/// A table, whose cells are texts.
+fn shown(table: &Table) -> Value {
+    let columns = table.columns.iter().zip(table.numeric_columns());
+    let columns = columns.map(|(column, is_number)| {
+        json!({ "name": column.name, "unit": column.unit, "number": is_number })
+    });
+    let texts = |row: &Vec<Cell>| row.iter().map(Cell::to_string).collect::<Vec<_>>();
+    json!({
+        "caption": table.caption, "columns": columns.collect::<Vec<_>>(),
+        "rows": table.rows.iter().map(texts).collect::<Vec<_>>(),
     })
 }
 
