@@ -34,10 +34,10 @@ use host_sim::file;
 /// 60F9h:1 to 3, 2013h:1 to 3, 2053h:1, 2, 9 and 10 and the date 1020h are written, and all are
 /// saved (1010h). A value that a second measurement contradicts, a viscous friction that is not
 /// known from zero, a supply resistance and a play that the moves do not show, and gains whose loop
-/// is not as predicted are reported and not written. --centre changes the origin 2041h:3 by a homing
-/// without a motion, so that the middle of the range is position 0; 607Dh is the range by the new
-/// positions, narrower by up to 0.5 deg at both ends. Angles of servo pulses, which are those of the
-/// encoder, and 2040h:3 keep their numbers.
+/// is not as predicted are reported and not written. --centre changes the origin 2041h:3 by a
+/// homing without a motion, so that the middle of the range is position 0; 607Dh is the range by
+/// the new positions, narrower by up to 0.5 deg at both ends. Angles of servo pulses, which are
+/// those of the encoder, and 2040h:3 keep their numbers.
 #[derive(Debug, Args)]
 pub struct Commission {
     /// Range of the angle, deg; without it the stops are found at half of --current

@@ -124,8 +124,8 @@ impl Findings {
             .chain(origin)
     }
 
-    /// The other objects in which the findings are stored, and their values. Friction has one value for
-    /// both directions; what is not known from zero, or contradicted, is not stored. Where the
+    /// The other objects in which the findings are stored, and their values. Friction has one value
+    /// for both directions; what is not known from zero, or contradicted, is not stored. Where the
     /// viscous friction is not, the Coulomb friction is that beside the present one.
     pub fn objects(&self) -> Vec<(&'static str, f64)> {
         let agrees = |parameter| {
@@ -177,8 +177,8 @@ pub enum CommissionError {
 /// The limits of the motion.
 #[derive(Debug, Clone, Copy)]
 pub struct Limits {
-    /// The range of the angle, which becomes 607Dh unless [`centre()`] follows, mdeg; without it the
-    /// stops are found.
+    /// The range of the angle, which becomes 607Dh unless [`centre()`] follows, mdeg; without it
+    /// the stops are found.
     pub range_mdeg: Option<(i32, i32)>,
     /// Highest mean current, in thousandths of the rated current 6075h; a lower 6072h or 6073h
     /// counts.

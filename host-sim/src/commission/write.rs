@@ -50,8 +50,8 @@ impl Kept {
     }
 
     /// Writes them again; the drive is off. What is refused does not keep the others from being
-    /// written. An origin that [`super::centre()`] has changed remains, as only a homing changes it:
-    /// 607Dh then is the same range by the new positions.
+    /// written. An origin that [`super::centre()`] has changed remains, as only a homing changes
+    /// it: 607Dh then is the same range by the new positions.
     ///
     /// # Errors
     /// [`ClientError::Object`] of the first that was refused, and [`ClientError::NotNow`] where the
