@@ -10,8 +10,9 @@ import { saving } from './save.js';
 
 const LIMITS = ['607D:1', '607D:2'];
 
-// What was entered, by actuator, and the last commissioning stay while other views are shown.
-const entered = new Map();
+// What was entered, and 607Dh then, by actuator, and the last commissioning stay while other views
+// are shown.
+const entered = new Map(), held = new Map();
 let findsStops = false, saves = true, centres = false, last = null, changed = () => {}, reload = () => {};
 
 on('commission', ({ node, task, at_s, text, answer }) => {
@@ -19,8 +20,7 @@ on('commission', ({ node, task, at_s, text, answer }) => {
   if (last?.isOver !== false || last.node !== node) last = { node, lines: [], isOver: false };
   if (answer) {
     Object.assign(last, { answer, isOver: true });
-    // The saved range may be another one than that which was entered.
-    if (answer.saved) { entered.delete(node); reload(); }
+    reload();
     return changed();
   }
   last.task = task;
@@ -61,7 +61,7 @@ const show = host => {
         h('div', { class: 'fields' }, row(low, 'Lowest angle', unitOf), row(high, 'Highest angle', unitOf), row(current, 'Current', '% of rated', 'Highest mean current, % of the rated current 6075h; a brake of the shaft may have more'), row(rate, 'Rate', 'deg/s', 'Highest rate of the runs')),
         h('p', {}, h('label', {}, stops, ' Find the stops instead, at half of the current')),
         h('p', {}, h('label', {}, save, ' Save range, motor, gains and baseline of the health when all steps have succeeded')),
-        h('p', {}, h('label', { title: 'By a homing without a motion, which sets the origin 2041h:3. Angles of servo pulses keep their numbers.' }, centre, ' Also make the middle of the range position 0, before the save'))),
+        h('p', {}, h('label', { title: 'By a homing without a motion, which sets the origin 2041h:3. Angles of servo pulses keep their place; the position 2040h:3 moves with position 0.' }, centre, ' Also make the middle of the range position 0, before the save'))),
       h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Progress')), lines)),
     h('div', { class: 'column' }, result, h('section', { class: 'card' }, plots, h('div', { class: 'row' }, saving(plots, 'commission'))))));
 
@@ -70,11 +70,11 @@ const show = host => {
     entered.set(node, [low, high].map(field => field.problem ? null : field.read() * factor('deg')));
   }
   const load = async () => {
-    if (!entered.has(node)) {
-      const values = await read(...LIMITS).catch(() => null);
-      if (values) entered.set(node, LIMITS.map(address => values[address] / 1000));
-    }
-    if (!host.isConnected) return;
+    const of = node, values = await read(...LIMITS).catch(() => null);
+    const range = values && LIMITS.map(address => values[address] / 1000);
+    // With another range of the actuator, what was entered may be one of other positions.
+    if (range && String(range) !== String(held.get(of))) { held.set(of, range); entered.set(of, range); }
+    if (!host.isConnected || of !== node) return;
     [low, high].forEach((field, i) => field.set(entered.get(node)?.[i] == null ? null : entered.get(node)[i] / factor('deg')));
     update();
   };

@@ -35,9 +35,9 @@ use host_sim::file;
 /// saved (1010h). A value that a second measurement contradicts, a viscous friction that is not
 /// known from zero, a supply resistance and a play that the moves do not show, and gains whose loop
 /// is not as predicted are reported and not written. --centre changes the origin 2041h:3 by a
-/// homing without a motion, so that the middle of the range is position 0; 607Dh is the range by
-/// the new positions, narrower by up to 0.5 deg at both ends. Angles of servo pulses, which are
-/// those of the encoder, and 2040h:3 keep their numbers.
+/// homing without a motion, so that the middle of the range is position 0, within 0.5 deg; 607Dh,
+/// and a later --range, are by the new positions. Angles of servo pulses keep their place; the
+/// position 2040h:3 keeps its number, so that its place moves with position 0.
 #[derive(Debug, Args)]
 pub struct Commission {
     /// Range of the angle, deg; without it the stops are found at half of --current
@@ -81,7 +81,7 @@ impl Commission {
         let limits = self.limits()?;
         let html = self.html.iter().map(|path| ("--html", path.as_path()));
         file::check(&html.collect::<Vec<_>>(), [])?;
-        self.check_requests(&limits)?;
+        self.check_requests()?;
         let mut client = self.at.open()?;
         if self.on_request {
             return self.serve(&mut client, &limits);
@@ -90,16 +90,14 @@ impl Commission {
         self.report(&findings)
     }
 
-    /// Behind a centring --range would be one of other positions.
-    fn check_requests(&self, limits: &Limits) -> Result<(), Error> {
-        match limits.range_mdeg {
-            Some((low, high)) if self.on_request && self.centre && low != -high => {
-                let text = "--centre with --on-request changes the positions of --range for the \
-                            next request, expected a --range whose middle is 0, or none";
-                Err(Error::Conflict(text.into()))
-            }
-            _ => Ok(()),
+    /// The next request would take --range by other positions.
+    fn check_requests(&self) -> Result<(), Error> {
+        if self.on_request && self.centre && !self.range.is_empty() {
+            let text = "--centre with --on-request changes the positions of --range for the next \
+                        request: expected no --range";
+            return Err(Error::Conflict(text.into()));
         }
+        Ok(())
     }
 
     /// Commissions at each request of a master until an interrupt, or an error of the bus.
@@ -169,9 +167,11 @@ impl Commission {
         stop: Arc<AtomicBool>,
     ) -> Result<(), CommissionError> {
         if self.centre {
+            note!("makes the middle of the range position 0");
             let centre = |client: &mut Client| commission::centre(client, limits, findings);
             client.supervised(stop, centre, Client::quick_stop)?;
         }
+        note!("writes and saves what was found");
         commission::write(client, findings)
     }
 
@@ -182,11 +182,16 @@ impl Commission {
             note!("report: {}", path.display());
         }
         match self.at.json() {
-            true => print_json(&json!({
-                "saved": !self.dry_run,
-                "findings": findings,
-                "objects": findings.objects(),
-            })),
+            true => {
+                let positions = findings.positions();
+                let positions = positions.map(|(object, mdeg)| (object, f64::from(mdeg)));
+                let objects: Vec<_> = positions.chain(findings.objects()).collect();
+                print_json(&json!({
+                    "saved": !self.dry_run,
+                    "findings": findings,
+                    "objects": objects,
+                }))
+            }
             false => {
                 let tables = findings.tables(!self.dry_run);
                 tables.iter().try_for_each(print_table)?;
@@ -222,7 +227,7 @@ fn is_refusal(error: &Error) -> bool {
 fn behind(error: CommissionError, restored: Result<(), ClientError>) -> Error {
     match restored {
         Ok(()) => error.into(),
-        Err(other) => Error::Conflict(format!(
+        Err(other) => Error::Refused(format!(
             "{error}; the parameters of before could not be restored, a reset without 1010h \
              restores them: {other}"
         )),

@@ -164,10 +164,10 @@ fn each_request_of_a_master_is_answered_and_the_program_waits_for_the_next() {
 }
 
 #[test]
-fn a_requested_commissioning_is_saved_with_its_date_and_the_middle_of_its_range_as_0() {
+fn a_requested_commissioning_is_saved_with_its_date() {
     let served = Served::new(&[]);
     let mut program = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
-        .args("commission --range -45 45 --centre --on-request --no-tuning --bus".split(' '))
+        .args("commission --range -45 45 --on-request --no-tuning --bus".split(' '))
         .arg(&served.bus)
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
@@ -183,28 +183,33 @@ fn a_requested_commissioning_is_saved_with_its_date_and_the_middle_of_its_range_
     // It is answered before it is printed.
     assert!(served.text("get 2055").starts_with('3'));
     assert!(!served.text("get 1020:1").starts_with("0"));
-    assert!(lines.any(|line| line.contains("2041:3")));
-    let high = served.text("get 607D:2");
-    let high: i32 = high
-        .split_whitespace()
-        .next()
-        .expect("a value")
-        .parse()
-        .expect("mdeg");
-    // Two counts of the encoder.
-    assert!((44_824..=45_000).contains(&high), "{high}");
     program.kill().expect("it waits");
     program.wait().expect("it ends");
 }
 
+#[test]
+fn the_middle_of_a_range_becomes_position_0() {
+    let served = Served::new(&[]);
+    let text = served.text("commission --range -30 20 --centre --no-tuning");
+    assert!(text.contains("2041:3"), "{text}");
+    let [origin, low, high] = ["2041:3", "607D:1", "607D:2"].map(|object| {
+        let text = served.text(&format!("get {object}"));
+        let number = text.split_whitespace().next().map(str::parse::<i32>);
+        number.expect("a value").expect("mdeg")
+    });
+    // Two counts of the encoder.
+    assert!((origin - 5_000).abs() <= 176, "{origin}");
+    assert_eq!((low, high), (origin - 30_000, origin + 20_000));
+}
+
 /// The second request would be one of other positions.
 #[test]
-fn requests_do_not_centre_a_range_whose_middle_is_not_0() {
+fn requests_do_not_centre_a_given_range() {
     let output = Command::new(assert_cmd::cargo::cargo_bin!("actuator"))
-        .args("commission --range -50 40 --centre --on-request --bus 127.0.0.1:1".split(' '))
+        .args("commission --range -45 45 --centre --on-request --bus 127.0.0.1:1".split(' '))
         .output()
         .expect("it starts");
     assert_eq!(output.status.code(), Some(2));
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(error.contains("a --range whose middle is 0"), "{error}");
+    assert!(error.contains("expected no --range"), "{error}");
 }

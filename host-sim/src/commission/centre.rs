@@ -44,8 +44,8 @@ pub(super) fn shift(client: &mut Client, origin_mdeg: i64) -> Result<i64, Client
 }
 
 /// Makes the middle of the found range position 0, but for the motion of the shaft when the drive
-/// holds it, and the range that of the new positions, narrower by this motion at both ends. The
-/// drive is off afterwards, and [`super::write`] saves both.
+/// holds it, and the range that of the new positions. The drive is off afterwards, and
+/// [`super::write`] saves both.
 ///
 /// # Errors
 /// [`CommissionError`]. The actuator may have the new origin then, until a reset.
@@ -87,14 +87,13 @@ pub fn centre(
     for (object, value) in before {
         client.write(object, &value.to_string())?;
     }
-    let shift = shift(client, begin)?;
-    let origin = begin + sign * shift;
+    let origin = client.integer(ORIGIN)?;
+    let shift = sign * (origin - begin);
     let [low, high] = [low, high].map(|end| i64::from(end) + shift);
     let middle = low.midpoint(high);
-    let half = i32::try_from(high.min(-low));
-    match (half, i32::try_from(origin)) {
-        (Ok(half), Ok(origin)) if middle.abs() <= MOST_MDEG => {
-            findings.range_mdeg = (-half, half);
+    match [low, high, origin].map(i32::try_from) {
+        [Ok(low), Ok(high), Ok(origin)] if middle.abs() <= MOST_MDEG => {
+            findings.range_mdeg = (low, high);
             findings.origin_mdeg = Some(origin);
             Ok(())
         }

@@ -116,7 +116,7 @@ pub struct Findings {
 
 impl Findings {
     /// The objects of range and origin, and their values, mdeg.
-    fn positions(&self) -> impl Iterator<Item = (&'static str, i32)> {
+    pub fn positions(&self) -> impl Iterator<Item = (&'static str, i32)> {
         let (low, high) = self.range_mdeg;
         let origin = self.origin_mdeg.map(|origin| (centre::ORIGIN, origin));
         [("607D:1", low), ("607D:2", high)]

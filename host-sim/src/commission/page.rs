@@ -43,7 +43,7 @@ fn at_a_glance(findings: &Findings, origin: &str, is_written: bool) -> Section {
     let warning = |text| Block::Warning(String::new(), text);
     blocks.extend(findings.doubts().into_iter().map(warning));
     blocks.push(findings.measured().into());
-    blocks.extend(findings.baseline.iter().map(|it| it.table().into()));
+    blocks.extend(findings.of_health().map(Block::from));
     blocks.extend([
         findings.stored(is_written).into(),
         findings.of_motion().into(),

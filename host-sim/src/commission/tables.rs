@@ -40,9 +40,12 @@ impl Findings {
     /// What is not written, and why.
     pub fn doubts(&self) -> Vec<String> {
         let contradictions = &self.dynamics.contradictions;
-        let texts = contradictions
-            .iter()
-            .map(|it| format!("Contradiction: {}.", it.text));
+        let texts = contradictions.iter().map(|it| {
+            format!(
+                "Contradicted by a second measurement, and not written: {}.",
+                it.text
+            )
+        });
         let mut doubts: Vec<String> = texts.collect();
         if let Some(tuning) = &self.tuning {
             let gains = tuning.disagreements.iter();
@@ -60,7 +63,7 @@ impl Findings {
     }
 
     /// The gains that are proposed, if any are.
-    pub fn proposal(&self) -> Option<&Proposal> {
+    pub(super) fn proposal(&self) -> Option<&Proposal> {
         self.tuning.as_ref()?.proposal.as_ref()
     }
 
@@ -69,7 +72,7 @@ impl Findings {
     pub fn tables(&self, is_written: bool) -> Vec<Table> {
         let mut tables = vec![self.measured()];
         tables.extend(self.proposal().map(Proposal::tables).into_iter().flatten());
-        tables.extend(self.baseline.as_ref().map(Baseline::table));
+        tables.extend(self.of_health());
         tables.extend([self.of_motion(), self.stored(is_written)]);
         tables
     }
@@ -81,7 +84,7 @@ impl Findings {
             ("unit", ""),
             ("value", ""),
             ("standard error", ""),
-            ("share", "%"),
+            ("relative error", "%"),
             ("measured by", ""),
         ];
         let mut measured = Table::new("Measured", &columns);
@@ -96,6 +99,13 @@ impl Findings {
             ]);
         }
         measured
+    }
+
+    /// The baseline, if the moves give one.
+    pub(super) fn of_health(&self) -> Option<Table> {
+        let baseline = self.baseline.as_ref()?;
+        let is_known = baseline.without_baseline.is_none();
+        is_known.then(|| baseline.table())
     }
 
     /// What was observed during the motion.
@@ -119,7 +129,7 @@ impl Findings {
     pub(super) fn stored(&self, is_written: bool) -> Table {
         let caption = match is_written {
             true => "Written and saved",
-            false => "To be written",
+            false => "Not written",
         };
         let mut objects = Table::new(caption, &[("object", ""), ("name", ""), ("value", "")]);
         let mut row = |object: &str, value| {
@@ -177,7 +187,7 @@ impl Proposal {
 
 impl Baseline {
     /// The means; those that the moves do not show have no value.
-    pub(super) fn table(&self) -> Table {
+    fn table(&self) -> Table {
         let columns = [
             ("mean", ""),
             ("unit", ""),

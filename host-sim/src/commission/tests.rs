@@ -361,6 +361,20 @@ fn the_page_shows_each_value_with_its_error_the_loop_and_what_is_not_written() {
         parameter: Parameter::Delay,
         text: "a contradiction".into(),
     });
+    found.baseline = Some(Baseline {
+        friction_ma: 0.1234,
+        ..Baseline::default()
+    });
+    assert!(
+        page(&found, "an origin", true)
+            .render()
+            .contains("Baseline of the health")
+    );
+    let without_baseline = Some("too few".to_owned());
+    found
+        .baseline
+        .iter_mut()
+        .for_each(|it| it.without_baseline.clone_from(&without_baseline));
     let page = page(&found, "an origin", false);
     let titles: Vec<_> = page.figures().map(|figure| figure.title.clone()).collect();
     assert_eq!(titles, ["Back-EMF of the runs", "From command to angle"]);
@@ -376,8 +390,10 @@ fn the_page_shows_each_value_with_its_error_the_loop_and_what_is_not_written() {
         assert!(text.contains(object), "{object}");
     }
     assert!(text.contains("an origin") && text.contains("a contradiction"));
+    assert!(text.contains("baseline is not written: too few"));
+    assert!(!text.contains("Baseline of the health"));
     assert!(text.contains("with feed-forward") && text.contains("least of all motors"));
-    assert!(text.contains("To be written") && !text.contains("Written and saved"));
+    assert!(text.contains("Not written") && !text.contains("Written and saved"));
     // Four rates upward and downward, whose line is within 1 % of the greatest back-EMF, 2.4 V.
     let runs = &found.constant_rates;
     assert_eq!(runs.len(), 8);

@@ -116,10 +116,10 @@ try {
     assert.ok(Math.abs(found[address] - +value) < 1e-4 * +value, `${address} is ${found[address]}`);
   }
   assert.match(await other.text('#commission-lines'), /excitation.*motion to .* deg.*rate of 120 deg\/s.*torque of/s, 'the last first');
-  // The middle of the range is 0 but for two counts of the encoder, by which the range is narrower.
-  const half = found['607D:2'];
-  assert.ok(found['607D:1'] === -half && half <= 25_000 && half >= 24_824 && Math.abs(found['2041:3'] - 5_000) <= 176, JSON.stringify(found));
-  await other.until(`document.getElementById('commission-high').value === '${half / 1000}'`);
+  // The middle of the range is 0 but for two counts of the encoder.
+  const high = found['607D:2'];
+  assert.ok(high - found['607D:1'] === 50_000 && Math.abs(high - 25_000) <= 176 && found['2041:3'] === high - 20_000, JSON.stringify(found));
+  await other.until(`document.getElementById('commission-high').value === '${high / 1000}'`);
   assert.match(await other.text('#commission-lines'), /writes and saves.*makes the middle of the range position 0/s);
   assert.match(await other.text('#commission-result'), /written and saved.*2041:3.*2011:1\s*model-parameters\/armature-resistance/s);
   // The constant of the simulated motor, uV per deg/s, within 1 %.
@@ -154,7 +154,7 @@ try {
   assert.deepEqual([days.slice(0, 3).map(Math.round), friction_ma], [[-3, -2, -1], [30.1, 31, 32.1, null]]);
   await other.picture('life', true);
   await other.show('move');
-  await other.until(`document.querySelector('#view-move .ends').textContent.includes('${(half / 1000).toFixed(1).replace('.0', '')}')`);
+  await other.until(`document.querySelector('#view-move .ends').textContent.includes('${(high / 1000).toFixed(1).replace('.0', '')}')`);
   other.clean();
   console.log(`commissioned in ${((Date.now() - begun) / 1000).toFixed(0)} s`);
 } catch (error) {
