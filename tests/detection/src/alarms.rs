@@ -18,9 +18,9 @@ const GUST_PERIODS: f64 = 25.0;
 /// Moment of inertia of a control surface of 50 mm chord and 20 g about its hinge, m c^2/3, kg m^2.
 const SURFACE_KG_M2: f64 = 0.02 * 0.05 * 0.05 / 3.0;
 
-/// Levels of the warning of a jam, deg/s: the recommended one, and lower ones, which show how far
-/// it is from the first false warning.
-pub const JAM_LEVELS: [u16; 5] = [JAM_LEVEL_DEG_S, 30, 28, 26, 24];
+/// Levels of the warning of a jam, deg/s: the recommended one, a higher one, and lower ones, which
+/// show how false warnings grow.
+pub const JAM_LEVELS: [u16; 6] = [36, JAM_LEVEL_DEG_S, 30, 28, 26, 24];
 
 /// What an hour of an intact drive shows.
 #[derive(Debug, Clone, Copy, Default)]
@@ -77,8 +77,13 @@ pub fn alarms(hour: u32) -> Alarms {
             let command = angle(command_deg(f64::from(period) * PERIOD_S));
             period += 1;
             let faults = drive.follow(command);
-            for (jam, count) in jams.iter_mut().zip(&mut found.jams) {
-                *count += u64::from(jam.begins(&drive.outputs));
+            let counts = jams.iter_mut().zip(&mut found.jams);
+            for (level, (jam, count)) in JAM_LEVELS.into_iter().zip(counts) {
+                let begins = jam.begins(&drive.outputs);
+                *count += u64::from(begins);
+                if begins && level >= JAM_LEVEL_DEG_S {
+                    println!("hour {hour}: a jam at {level} deg/s after {period} periods");
+                }
             }
             if !faults.is_empty() {
                 let names: Vec<_> = faults.iter().map(|fault| format!("{fault:?}")).collect();
