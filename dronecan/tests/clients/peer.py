@@ -113,19 +113,18 @@ class Bench(unittest.TestCase):
 
     def restart(self):
         request = uavcan.protocol.RestartNode.Request(magic_number=uavcan.protocol.RestartNode.Request().MAGIC_NUMBER)
-        uptimes = []
+        requests = []
 
-        def on_node_status(event):
-            if event.transfer.source_node_id == self.nodes[1]:
-                uptimes.append(event.message.uptime_sec)
+        def on_allocation(event):
+            # Without a node-ID of its own a node is 0.
+            if event.transfer.source_node_id == 0:
+                requests.append(event)
 
-        handle = self.node.add_handler(uavcan.protocol.NodeStatus, on_node_status)
-        # Longer than the allocation of a node-ID takes, before which it sends no status.
-        self.spin_until(lambda: uptimes and uptimes[-1] > 4, "an uptime", 30)
-        before = uptimes[-1]
+        # The actuators have their node-IDs: only one that has restarted requests one. What it has sent before the
+        # restart may follow the response.
+        handle = self.node.add_handler(uavcan.protocol.dynamic_node_id.Allocation, on_allocation)
         self.assertTrue(self.request(request).ok)
-        # What it has sent before the restart may follow the response.
-        self.spin_until(lambda: uptimes[-1] < before, "an uptime after the restart", 15)
+        self.spin_until(lambda: requests, "a request for a node-ID after the restart", 15)
         handle.remove()
         self.statuses.clear()
         self.spin_until(lambda: self.statuses.get(1), "a status after the restart", 15)
