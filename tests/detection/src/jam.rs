@@ -4,7 +4,7 @@
 //! from the jam on.
 
 use firmware::application::Outputs;
-use firmware::health::{Health, JAM_LEVEL_DEG_S, Warning};
+use firmware::health::{Health, Warning};
 use firmware::parameters::{HealthSettings, ModelSettings, ObjectValues};
 use host_sim::plot::{Figure, Panel, Scale, Series};
 use indicatif::ParallelProgressIterator;
@@ -63,13 +63,13 @@ const JAM_DEG: f64 = 50.0;
 const LONGEST_S: f64 = 10.0;
 
 /// Times from the jam to the warning and to the fault, ms, and how far the shaft is behind then,
-/// deg; NaN without a report.
-fn run(rate_deg_s: f64, torque_nm: f64, seed: u64) -> [f64; 3] {
+/// deg; NaN without a report. The warning is that at a level, deg/s.
+fn run(level: u16, rate_deg_s: f64, torque_nm: f64, seed: u64) -> [f64; 3] {
     let mut drive = Drive::enabled(&BoardPlantOptions::realistic(seed));
     drive.defects().torque_nm = torque_nm;
     let from = ((JAM_DEG + seed as f64) / rate_deg_s / PERIOD_S) as u32;
     let until = from + (LONGEST_S / PERIOD_S) as u32;
-    let (mut warning, mut warned_ms) = (JamWarning::at(JAM_LEVEL_DEG_S), f64::NAN);
+    let (mut warning, mut warned_ms) = (JamWarning::at(level), f64::NAN);
     for period in 0..until {
         drive.defects().is_jammed = period >= from;
         let command_deg = rate_deg_s * f64::from(period) * PERIOD_S;
@@ -95,7 +95,7 @@ fn worst(results: &[[f64; 3]]) -> [f64; 3] {
 }
 
 /// The latest warning and fault, and how far a shaft was behind, by the rate of the command.
-pub fn figure(seeds: u64) -> Figure {
+pub fn figure(seeds: u64, level: u16) -> Figure {
     let title = "The gear train jams in motion";
     let mut panels = [
         "warned after (ms)",
@@ -109,7 +109,9 @@ pub fn figure(seeds: u64) -> Figure {
             .progress()
             .map(|&rate_deg_s| {
                 let seeds = (0..seeds).into_par_iter();
-                let results: Vec<_> = seeds.map(|seed| run(rate_deg_s, torque_nm, seed)).collect();
+                let results: Vec<_> = seeds
+                    .map(|seed| run(level, rate_deg_s, torque_nm, seed))
+                    .collect();
                 worst(&results)
             })
             .collect();

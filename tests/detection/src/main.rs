@@ -22,6 +22,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use alarms::{Alarms, JAM_LEVELS, alarms};
 use fault::Kind;
+use firmware::health::JAM_LEVEL_DEG_S;
 use wear::Wear;
 
 /// Draws when the board detects faults, by their size, and counts its false alarms
@@ -33,6 +34,12 @@ struct Options {
     /// Hours of intact drives in which alarms are counted
     #[arg(long, value_name = "H", default_value_t = 0)]
     hours: u32,
+    /// The first of these hours: each is another drive
+    #[arg(long, value_name = "H", default_value_t = 0)]
+    first: u32,
+    /// Level of the warning of a jam in its figure, deg/s
+    #[arg(long, value_name = "DEG_S", default_value_t = JAM_LEVEL_DEG_S)]
+    level: u16,
     /// Folder of the figures
     #[arg(long, value_name = "DIR", default_value = "docs/detection")]
     out: PathBuf,
@@ -74,10 +81,10 @@ impl Curve {
         }
     }
 
-    fn figure(self, seeds: u64) -> Figure {
+    fn figure(self, seeds: u64, level: u16) -> Figure {
         match self {
             Self::Sensor(kind) => sensors::figure(kind, seeds),
-            Self::Jam => jam::figure(seeds),
+            Self::Jam => jam::figure(seeds, level),
             Self::Wear(wear) => wear::figure(wear, seeds),
         }
     }
@@ -89,12 +96,13 @@ fn main() -> std::io::Result<()> {
     for curve in CURVES {
         let name = curve.name();
         if options.figures.is_empty() || options.figures.iter().any(|it| it == name) {
-            let figure = svg::render(&curve.figure(options.seeds));
+            let figure = svg::render(&curve.figure(options.seeds, options.level));
             fs::write(options.out.join(name).with_extension("svg"), figure)?;
         }
     }
     if options.hours > 0 {
-        let hours = (0..options.hours).into_par_iter().progress();
+        let hours = options.first..options.first.saturating_add(options.hours);
+        let hours = hours.into_par_iter().progress();
         let found = hours.map(alarms).reduce(Alarms::default, Alarms::add);
         let hours = options.hours;
         println!("{} alarms in {hours} h of intact drives", found.faults);

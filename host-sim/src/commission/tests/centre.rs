@@ -5,8 +5,8 @@ use std::sync::atomic::AtomicBool;
 
 use model_core::plant::board::{BoardPlantOptions, Defects};
 
-use super::START;
 use super::bench::{LIMITS, client_within};
+use super::saved::START;
 use crate::can::client::{Client, ClientError};
 use crate::commission::{CommissionError, Findings, Kept, Limits, centre, measure, write};
 
