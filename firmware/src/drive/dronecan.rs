@@ -119,7 +119,7 @@ impl Application for Drive<'_> {
         let has = |fault, flag| if t.present.contains(fault) { flag } else { 0 };
         Telemetry {
             actuator_id: self.values.dronecan.actuator_id,
-            position_rad: thousandths(t.angle) as f32 / MDEG_PER_RAD,
+            position_rad: self.axis_position_mdeg() as f32 / MDEG_PER_RAD,
             torque_nm: current_a * model.torque_constant_nm_a * model.gear_ratio,
             rate_rad_s: t.velocity_mdeg_s as f32 / MDEG_PER_RAD,
             load_pct: (self.permille_of_rated_current(t.current_ma).unsigned_abs() / 10).min(255)

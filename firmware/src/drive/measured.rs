@@ -198,9 +198,14 @@ impl Drive<'_> {
 
     /// Position actual value 6064h.
     pub(super) fn position_mdeg(&self) -> i32 {
+        let position = self.axis_position_mdeg();
+        position.wrapping_mul(Polarity::of(&self.values).position)
+    }
+
+    /// The position as the axis counts it: from its origin, without the polarity 607Eh.
+    pub(super) fn axis_position_mdeg(&self) -> i32 {
         let (t, motion) = (&self.outputs.telemetry, &self.outputs.motion);
-        let of_axis = thousandths(t.angle).saturating_add(motion.origin_mdeg);
-        of_axis.wrapping_mul(Polarity::of(&self.values).position)
+        thousandths(t.angle).saturating_add(motion.origin_mdeg)
     }
 
     /// The statusword: "remote" while the bus commands the shaft, and homing in progress as soon as

@@ -1,7 +1,7 @@
 //! A shaft that is jammed: the loop demands a rate and drives towards it, and neither shaft nor
 //! motor turns.
 //!
-//! The demand is the error times the gain. At 8/s, [`LEVEL_DEG_S`] is an error of 4.25 deg, by
+//! The demand is the error times the gain. At 8/s, [`LEVEL_DEG_S`] is an error of 4.5 deg, by
 //! which the motor has moved any load below 40 % of its stall torque. At a reversal with a degree
 //! of play the shaft rests while the motor turns. How often intact drives reach a level stands in
 //! `docs/health.md`. At a lower demand faults 9 and 10 report a jam.
@@ -13,7 +13,7 @@ use crate::{
 use model_core::control::units::{Angle, Percent};
 
 /// The recommended level, deg/s.
-pub const LEVEL_DEG_S: u16 = 34;
+pub const LEVEL_DEG_S: u16 = 36;
 
 /// Time without motion.
 const LASTS: u16 = periods(72);

@@ -30,15 +30,13 @@ try {
   await page.enable();
   await page.moveTo(-40);
   await page.fill('#kind', 'rate');
-  await page.fill('#target', '20');
-  await page.tap('#go');
+  await page.aim('20');
   await wait(1000);
   assert.ok(Math.abs(await page.angle() + 22) < 8, `${await page.angle()} deg after a second with 20 deg/s`);
   await page.until("Math.abs(parseFloat(document.getElementById('angle').textContent) - 60) < 1");
   await wait(500);
   assert.ok(Math.abs(await rateOf(page)) < 30 && await page.angle() < 61, 'it rests at the limit');
-  await page.fill('#target', '1000');
-  await page.tap('#go');
+  await page.aim('1000');
   assert.match(await page.text('#target-why'), /expected -700 to 700 deg\/s/);
   await page.fill('#kind', 'angle');
   await page.moveTo(10);
@@ -47,21 +45,20 @@ try {
   // A torque below friction holds the shaft, a larger one turns it up to the travel limit, and both
   // are those that were typed. It is measured by the motor current.
   const torqueOf = () => request(page, 'read', { node: 1, objects: ['6071', '6074', '6076', '6061'] });
-  const press = async text => { await page.fill('#target', text); await page.tap('#go'); };
   await page.fill('#kind', 'torque');
   await page.until("/^1[.]8\\d* N m$/.test(document.querySelector('#view-move .ends span:last-child').textContent)");
-  await press('0,01');
+  await page.aim('0,01');
   await page.until("import('/state.js').then(({ chosen }) => chosen().mode === 4)");
   await wait(500);
   assert.ok(Math.abs(await page.angle() - 10) < 1, `${await page.angle()} deg with a torque below friction`);
-  await press('-0.1 N m');
+  await page.aim('-0.1 N m');
   await page.until("Math.abs(parseFloat(document.getElementById('angle').textContent) + 60) < 1");
   const { '6071:0': target, '6076:0': rated, '6061:0': mode } = await torqueOf();
   assert.deepEqual([target, mode], [Math.round(-0.1 / (rated / 1000) * 1000), 4]);
   await wait(500);
   assert.ok(await page.angle() > -61, 'it rests at the limit');
   for (const [text, why] of [['1,9', /expected -1[.]8\d* to 1[.]8\d* N m/], ['0,1 Nm2', /expected a number in N m/], ['5 deg', /expected a number in N m/]]) {
-    await press(text);
+    await page.aim(text);
     assert.match(await page.text('#target-why'), why, text);
   }
   await page.evaluate("[...document.querySelectorAll('.jog button')].find(b => b.textContent === '+0.1').click()");
@@ -75,11 +72,9 @@ try {
   await page.fill('#angles', 'rad');
   await page.until("document.getElementById('angle').textContent.includes('rad') && document.querySelector('#view-move .ends').textContent.includes('1.047')");
   await page.until("!document.getElementById('go').disabled");
-  await page.fill('#target', '0,5');
-  await page.tap('#go');
+  await page.aim('0,5');
   await page.until("Math.abs(parseFloat(document.getElementById('angle').textContent) - 0.5) < 0.01");
-  await page.fill('#target', '1.1');
-  await page.tap('#go');
+  await page.aim('1.1');
   assert.match(await page.text('#target-why'), /expected -1.047197 to 1.047197 rad/);
   await page.show('parameters');
   await page.until("document.getElementById('v-607D:2')?.value === '1.047198'");

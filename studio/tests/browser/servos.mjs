@@ -25,8 +25,7 @@ try {
   const angle = "document.querySelector('#view-move .uplot').chart.data[1].filter(y => y != null)";
   await page.until(`Math.abs(${angle}.at(-1) - 30) < 1`);
   assert.ok(await page.evaluate(`Math.max(...${angle}) - Math.min(...${angle}) > 20`), 'the plot has the motion');
-  await page.fill('#target', 200);
-  await page.tap('#go');
+  await page.aim(200);
   await page.until("document.getElementById('target-why').textContent.includes('expected -180 to')");
   await page.picture('servos-move');
   // Space ends what the page may command; the torque stays on.

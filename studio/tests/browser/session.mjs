@@ -72,6 +72,9 @@ let browser = null;
 export const chromium = async () => browser ??= await launch();
 export const closeBrowser = async () => { await browser?.close(); browser = null; };
 
+// The script that types a value into a field and leaves it.
+const typed = (field, value) => `(f => { f.focus(); f.value = ${JSON.stringify(String(value))}; f.dispatchEvent(new Event('input', { bubbles: true })); f.dispatchEvent(new Event('change', { bubbles: true })); })(${field})`;
+
 // A page, and a person at it.
 export const visit = async (url, options = {}, pictures = null) => {
   const page = await (await chromium()).open(url, { width: 1400, height: 950, ...options });
@@ -92,10 +95,17 @@ export const visit = async (url, options = {}, pictures = null) => {
       await mouse('mouseReleased', p);
     },
     async key(name, code = name) { await key('keyDown', name, code, name === 'Enter' ? '\r' : name); await key('keyUp', name, code); },
+    // Does something with an element once it is enabled: while the processor lags, an actuator is
+    // lost for a moment, which disables what commands it.
+    async enabled(selector, action) {
+      await until(`(e => { if (!e || e.disabled) return false; ${action}; return true; })(document.querySelector(${JSON.stringify(selector)}))`);
+    },
     // Types into a field, and leaves it.
-    fill: (selector, value) => evaluate(`(() => { const e = document.querySelector(${JSON.stringify(selector)}); e.focus(); e.value = ${JSON.stringify(String(value))}; e.dispatchEvent(new Event('input', { bubbles: true })); e.dispatchEvent(new Event('change', { bubbles: true })); })()`),
+    fill: (selector, value) => page.enabled(selector, typed('e', value)),
     // By the script: a background page takes no clicks.
-    tap: selector => evaluate(`document.querySelector(${JSON.stringify(selector)}).click()`),
+    tap: selector => page.enabled(selector, 'e.click()'),
+    // Types a target and presses Go, without an interval in which the page sets it anew.
+    aim: target => page.enabled('#go', `${typed("document.querySelector('#target')", target)}; e.click()`),
     async show(view) { await evaluate(`document.getElementById('tab-${view}').click()`); await until(`document.body.dataset.view === '${view}'`); },
     async enable() {
       await page.show('move');
@@ -111,8 +121,7 @@ export const visit = async (url, options = {}, pictures = null) => {
     },
     angle: async () => parseFloat(await page.text('#angle')),
     async moveTo(deg, tolerance = 1) {
-      await page.fill('#target', deg);
-      await page.tap('#go');
+      await page.aim(deg);
       await until(`Math.abs(parseFloat(document.getElementById('angle').textContent) - ${deg}) < ${tolerance}`);
     },
     // The steps of the tour, one after the other.

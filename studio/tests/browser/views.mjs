@@ -186,8 +186,7 @@ try {
   await page.until("document.querySelector('#drive').textContent === 'switch on disabled'");
   await page.evaluate("import('/socket.js').then(s => s.request('write', { node: 1, object: '2100:17', value: '4' })).then(() => import('/socket.js')).then(s => s.request('write', { node: 1, object: '2100:15', value: '2000' }))");
   await page.enable();
-  await page.fill('#target', -40);
-  await page.tap('#go');
+  await page.aim(-40);
   await page.until("document.querySelector('#drive').textContent === 'fault'");
   await page.show('faults');
   await page.until("document.querySelector('.problem h3')?.textContent.includes('following error')");

@@ -18,9 +18,9 @@ const GUST_PERIODS: f64 = 25.0;
 /// Moment of inertia of a control surface of 50 mm chord and 20 g about its hinge, m c^2/3, kg m^2.
 const SURFACE_KG_M2: f64 = 0.02 * 0.05 * 0.05 / 3.0;
 
-/// Levels of the warning of a jam, deg/s: the recommended one, a higher one, and lower ones, which
-/// show how false warnings grow.
-pub const JAM_LEVELS: [u16; 6] = [36, JAM_LEVEL_DEG_S, 30, 28, 26, 24];
+/// Levels of the warning of a jam, deg/s: the recommended one, and lower ones, which show how
+/// false warnings grow.
+pub const JAM_LEVELS: [u16; 6] = [JAM_LEVEL_DEG_S, 34, 30, 28, 26, 24];
 
 /// What an hour of an intact drive shows.
 #[derive(Debug, Clone, Copy, Default)]

@@ -82,6 +82,24 @@ fn each_kind_of_command_moves_the_shaft_to_its_angle() {
 }
 
 #[test]
+fn positions_count_from_the_origin_as_commanded_and_as_reported() {
+    // At 10 deg of the encoder.
+    let (mut homed, _) = super::homing::homed(37, 30_000);
+    homed.set(0x1010, 1, u32::from_le_bytes(*b"save"), 4);
+    let stored = *homed.actuator.device.drive.store.stored();
+    let mut bench = Bench::with(stored.with_dronecan(ACTUATOR));
+    bench.steps(100);
+    // 34.4 deg from the origin.
+    bench.command(Target::Position(0.6), 300);
+    let reported_rad = bench.drive().telemetry().position_rad;
+    // Two counts of the encoder.
+    assert!((reported_rad - 0.6).abs() <= 0.0031, "{reported_rad}");
+    // The homing rested within two counts of 10 deg.
+    let angle = bench.shaft_mdeg();
+    assert!((angle - 14_377).abs() <= 2 * 176, "{angle}");
+}
+
+#[test]
 fn what_is_no_target_for_this_actuator_closes_no_loop() {
     let mut bench = bench();
     for target in [

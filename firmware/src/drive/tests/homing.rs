@@ -3,7 +3,7 @@
 use super::*;
 
 /// Homing by a method from 10 deg between stops at 40 deg; the statusword at the end.
-fn homed(method: i8, offset_mdeg: i32) -> (Bench, u16) {
+pub(super) fn homed(method: i8, offset_mdeg: i32) -> (Bench, u16) {
     let mut bench = Bench::new();
     bench.motor = Motor::between_stops(40.0);
     bench.set(0x2040, 1, 0, 4);
