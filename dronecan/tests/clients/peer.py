@@ -192,13 +192,13 @@ class Contract:
             (kinds.COMMAND_TYPE_POSITION, -0.4, -0.4),
             (4, 1250, math.radians(-30)),
         ]:
-            self.command(kind, value, 1.5)
+            # Until it rests, also where the time of the emulator is behind.
+            self.command(kind, value, 3)
             self.assertAlmostEqual(self.last().position, angle, delta=0.01)
         self.command(kinds.COMMAND_TYPE_SPEED, 0.5, 1)
         self.assertAlmostEqual(self.last().speed, 0.5, delta=0.05)
         # Released: it stays where it is, whatever the value means as an angle.
         for kind, value in [(kinds.COMMAND_TYPE_UNITLESS, math.nan), (4, 0)]:
-            # Until it rests, also where the time of the emulator is behind.
             self.command(kinds.COMMAND_TYPE_POSITION, 0.3, 3)
             self.command(kind, value, 1)
             at = self.last().position
@@ -216,7 +216,7 @@ class Contract:
         # Longer than the reaction to the fault, on a slow emulator too.
         self.command(0, math.nan, 2)
         self.spin_until(lambda: self.health() == 0, "health")
-        self.command(0, 0.2, 1)
+        self.command(0, 0.2, 3)
         self.assertAlmostEqual(self.last().position, math.radians(12), delta=0.01)
 
     def test_a_restart_stops_first(self):
