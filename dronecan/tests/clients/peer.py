@@ -96,12 +96,21 @@ class Bench(unittest.TestCase):
             self.send(kind, value(at) if callable(value) else value, actuator)
         self.spin(0.05)
 
+    def move(self, kind, value):
+        """Commands an angle until the shaft rests, also where the time of the emulator is behind."""
+        self.command(kind, value, 3)
+
     def last(self, actuator=1):
         return self.statuses[actuator][-1][1]
 
+    def status(self, actuator=1):
+        """The last node status. A node whose statuses are late is forgotten until the next one."""
+        node = self.nodes[actuator]
+        self.spin_until(lambda: self.monitor.exists(node), "a node status")
+        return self.monitor.get(node).status
+
     def health(self, actuator=1):
-        entry = self.monitor.get(self.nodes[actuator])
-        return entry.status.health
+        return self.status(actuator).health
 
     def parameter(self, name, value=None, kind="integer_value"):
         request = GetSet.Request(name=name)
@@ -192,14 +201,13 @@ class Contract:
             (kinds.COMMAND_TYPE_POSITION, -0.4, -0.4),
             (4, 1250, math.radians(-30)),
         ]:
-            # Until it rests, also where the time of the emulator is behind.
-            self.command(kind, value, 3)
+            self.move(kind, value)
             self.assertAlmostEqual(self.last().position, angle, delta=0.01)
         self.command(kinds.COMMAND_TYPE_SPEED, 0.5, 1)
         self.assertAlmostEqual(self.last().speed, 0.5, delta=0.05)
         # Released: it stays where it is, whatever the value means as an angle.
         for kind, value in [(kinds.COMMAND_TYPE_UNITLESS, math.nan), (4, 0)]:
-            self.command(kinds.COMMAND_TYPE_POSITION, 0.3, 3)
+            self.move(kinds.COMMAND_TYPE_POSITION, 0.3)
             self.command(kind, value, 1)
             at = self.last().position
             self.command(kind, value, 0.5)
@@ -216,7 +224,7 @@ class Contract:
         # Longer than the reaction to the fault, on a slow emulator too.
         self.command(0, math.nan, 2)
         self.spin_until(lambda: self.health() == 0, "health")
-        self.command(0, 0.2, 3)
+        self.move(0, 0.2)
         self.assertAlmostEqual(self.last().position, math.radians(12), delta=0.01)
 
     def test_a_restart_stops_first(self):
@@ -298,8 +306,8 @@ class Update(Bench):
         begin = uavcan.protocol.file.BeginFirmwareUpdate.Request(image_file_remote_path=path)
         self.assertEqual(self.request(begin).error, 0)
         self.assertEqual(self.request(begin).error, 2)
-        mode = lambda: self.monitor.get(self.nodes[1]).status.mode
-        self.spin_until(lambda: mode() == uavcan.protocol.NodeStatus().MODE_SOFTWARE_UPDATE, "the mode")
+        updating = uavcan.protocol.NodeStatus().MODE_SOFTWARE_UPDATE
+        self.spin_until(lambda: self.status().mode == updating, "the mode")
         self.spin_until(lambda: self.version() == (9, 8), "the version", 300)
 
     def version(self):

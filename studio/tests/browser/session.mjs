@@ -97,15 +97,15 @@ export const visit = async (url, options = {}, pictures = null) => {
     async key(name, code = name) { await key('keyDown', name, code, name === 'Enter' ? '\r' : name); await key('keyUp', name, code); },
     // Does something with an element once it is enabled: while the processor lags, an actuator is
     // lost for a moment, which disables what commands it.
-    async enabled(selector, action) {
+    async whenEnabled(selector, action) {
       await until(`(e => { if (!e || e.disabled) return false; ${action}; return true; })(document.querySelector(${JSON.stringify(selector)}))`);
     },
     // Types into a field, and leaves it.
-    fill: (selector, value) => page.enabled(selector, typed('e', value)),
+    fill: (selector, value) => page.whenEnabled(selector, typed('e', value)),
     // By the script: a background page takes no clicks.
-    tap: selector => page.enabled(selector, 'e.click()'),
+    tap: selector => page.whenEnabled(selector, 'e.click()'),
     // Types a target and presses Go, without an interval in which the page sets it anew.
-    aim: target => page.enabled('#go', `${typed("document.querySelector('#target')", target)}; e.click()`),
+    aim: target => page.whenEnabled('#go', `${typed("document.querySelector('#target')", target)}; e.click()`),
     async show(view) { await evaluate(`document.getElementById('tab-${view}').click()`); await until(`document.body.dataset.view === '${view}'`); },
     async enable() {
       await page.show('move');
