@@ -4,6 +4,7 @@ use std::{io, process::ExitCode};
 
 use host_sim::{
     can::{client::ClientError, update::UpdateError},
+    commission::CommissionError,
     dronecan_client::NodeError,
     error::Error as SimulatorError,
     file::{CheckError, WriteError},
@@ -73,6 +74,9 @@ pub enum Error {
     #[error("the search has not converged: the values of {} are not those of an optimum", .0.join(", "))]
     NotConverged(Vec<String>),
     /// A step of a commissioning refuses.
+    #[error(transparent)]
+    Commission(CommissionError),
+    /// What was found is not written.
     #[error("{0}")]
     Refused(String),
     /// Options exclude each other, or a request cannot be met.
@@ -89,7 +93,7 @@ impl Error {
         note!("error: {self}");
         ExitCode::from(match self {
             refusal if refusal.is_refusal() => 3,
-            Self::NotConverged(_) | Self::Refused(_) => 3,
+            Self::NotConverged(_) | Self::Commission(_) | Self::Refused(_) => 3,
             Self::Update(UpdateError::Hardware { .. }) => 2,
             Self::Update(_) => 1,
             Self::Bus(ClientError::Interrupted) => INTERRUPTED,

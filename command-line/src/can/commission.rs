@@ -16,7 +16,7 @@ use crate::{interrupt, origin};
 use host_sim::can::client::{Client, ClientError};
 use host_sim::can::sdo::SdoError;
 use host_sim::commission::{
-    self, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Request,
+    self, Answer, CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits,
 };
 use host_sim::file;
 
@@ -103,9 +103,9 @@ impl Commission {
     /// Commissions at each request of a master until an interrupt, or an error of the bus.
     fn serve(&self, client: &mut Client, limits: &Limits) -> Result<(), Error> {
         let stop = interrupt::stop()?;
-        Request::refuse_old(client)?;
+        commission::end_old_requests(client)?;
         while !stop.load(Ordering::Relaxed) {
-            match Request::is_pending(client) {
+            match commission::is_requested(client) {
                 Ok(true) => {}
                 // An actuator that is off may be switched on.
                 Ok(false) => {
@@ -118,11 +118,14 @@ impl Commission {
                 }) => continue,
                 Err(error) => return Err(error.into()),
             }
-            Request::Running.report(client)?;
+            Answer::Running.report(client)?;
             let result = self.commission(client, limits);
             let answer = match result {
-                Ok(_) => Request::Saved,
-                Err(_) => Request::Refused,
+                Ok(_) => Answer::Saved,
+                Err(Error::Commission(CommissionError::Refused { step, .. })) => {
+                    Answer::Refused(step)
+                }
+                Err(_) => Answer::Failed,
             };
             let answered = answer.report(client);
             match result {
@@ -217,7 +220,7 @@ impl Commission {
 /// Whether the next request may succeed: the actuator or a step has refused, and the bus works.
 fn is_refusal(error: &Error) -> bool {
     match error {
-        Error::Refused(_) => true,
+        Error::Commission(_) | Error::Refused(_) => true,
         Error::Bus(error) => error.is_refusal() || error.is_at_limit(),
         _ => false,
     }
@@ -250,7 +253,7 @@ impl From<CommissionError> for Error {
     fn from(error: CommissionError) -> Self {
         match error {
             CommissionError::Client(error) => Self::Bus(error),
-            refused => Self::Refused(refused.to_string()),
+            refused => Self::Commission(refused),
         }
     }
 }

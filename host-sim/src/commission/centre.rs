@@ -5,10 +5,10 @@ use std::time::Duration;
 
 use canopen::cia402::statusword;
 
-use super::{CommissionError, Findings, Limits, refuse};
+use super::{CommissionError, Findings, Limits, Step, refuse};
 use crate::can::client::{Client, ClientError};
 
-const STEP: &str = "centre";
+const STEP: Step = Step::Centre;
 
 /// The position at which the encoder is at 0.
 pub(super) const ORIGIN: &str = "2041:3";

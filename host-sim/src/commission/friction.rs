@@ -15,9 +15,9 @@ use super::resistance::Cold;
 use super::runs::{Run, Runs};
 use super::samples::Sample;
 use super::winding::Winding;
-use super::{CommissionError, Estimate, GAIN_ERROR, PERIOD_S, refuse, uniform};
+use super::{CommissionError, Estimate, GAIN_ERROR, PERIOD_S, Step, refuse, uniform};
 
-const STEP: &str = "friction";
+const STEP: Step = Step::Friction;
 
 /// Samples of a point of the lines: longer than the residuals are correlated, by the time constant
 /// of the loops.

@@ -16,6 +16,7 @@ mod request;
 mod resistance;
 mod runs;
 mod samples;
+mod step;
 mod stops;
 mod tables;
 #[cfg(test)]
@@ -37,8 +38,9 @@ pub use encoder::{EncoderError, ErrorPoint, Harmonics};
 pub use friction::{Direction, Friction};
 pub use inertia::{Contradiction, Dynamics, Parameter};
 pub use page::page;
-pub use request::Request;
+pub use request::{Answer, end_old_requests, is_requested};
 pub use runs::ConstantRate;
+pub use step::Step;
 pub use stops::LEAST_MDEG as LEAST_RANGE_MDEG;
 pub use tuning::{Margins, Proposal, Tuning, tune};
 pub use wiring::{Pulse, judge};
@@ -168,7 +170,7 @@ pub enum CommissionError {
     #[error("{step}: {why}")]
     Refused {
         /// The step.
-        step: &'static str,
+        step: Step,
         /// What was found, and what was expected.
         why: String,
     },
@@ -194,7 +196,7 @@ impl Limits {
         let most = client.integer("6072")?.min(client.integer("6073")?);
         let permille = u16::try_from(most).unwrap_or(u16::MAX).min(self.permille);
         if permille == 0 {
-            return refuse("wiring", "6072h or 6073h is 0, expected a current");
+            return refuse(Step::Wiring, "6072h or 6073h is 0, expected a current");
         }
         client.write("6072", &permille.to_string())?;
         Ok(Self { permille, ..*self })
@@ -222,17 +224,17 @@ pub fn measure(client: &mut Client, limits: &Limits) -> Result<Findings, Commiss
 
 /// Faults that may come before the step that finds their cause: the error code, the step, and the
 /// cause.
-const CAUSES: [(&str, &str, &str); 2] = [
+const CAUSES: [(&str, Step, &str); 2] = [
     // Faults 14 and 20.
     (
         "5210h",
-        "current",
+        Step::Current,
         "the gain of the current measurement is wrong, or it is lost",
     ),
     // Faults 2 and 3.
     (
         "7306h",
-        "encoder",
+        Step::Encoder,
         "the magnet is weak or lost: its distance to the encoder is wrong, or it is not centred",
     ),
 ];
@@ -243,7 +245,7 @@ fn with_cause(error: CommissionError) -> CommissionError {
     let cause = CAUSES.iter().find(|(code, ..)| text.contains(code));
     match cause {
         Some((_, step, cause)) => CommissionError::Refused {
-            step,
+            step: *step,
             why: format!("{cause}; {text}"),
         },
         None => error,
@@ -338,7 +340,7 @@ pub fn find(
 }
 
 /// A refusal of a step.
-fn refuse<T>(step: &'static str, why: impl Into<String>) -> Result<T, CommissionError> {
+fn refuse<T>(step: Step, why: impl Into<String>) -> Result<T, CommissionError> {
     let why = why.into();
     Err(CommissionError::Refused { step, why })
 }

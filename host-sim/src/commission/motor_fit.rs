@@ -15,9 +15,9 @@ use super::runs::ECCENTRICITY_DEG;
 use super::samples::Sample;
 use super::tuning::DELAY_S;
 use super::winding::Winding;
-use super::{CommissionError, Estimate, PERIOD_S, refuse, uniform};
+use super::{CommissionError, Estimate, PERIOD_S, Step, refuse, uniform};
 
-const STEP: &str = "inertia and delay";
+const STEP: Step = Step::Dynamics;
 
 /// The supply of a recording whose duty is computed from the voltage, V: any.
 const SUPPLY_V: f64 = 10.0;

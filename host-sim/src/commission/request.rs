@@ -1,43 +1,35 @@
 //! A commissioning at the request of any master: object 2055h.
 
+use super::Step;
 use crate::can::client::{Client, ClientError};
 
 /// The object.
 const OBJECT: &str = "2055";
 
-/// Its values.
+/// The value of a request.
+const REQUESTED: i64 = 1;
+
+/// What the program that commissions writes to it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Request {
-    /// A master requests a commissioning.
-    Requested = 1,
-    /// It runs.
-    Running = 2,
-    /// It has ended, and what was found is saved.
-    Saved = 3,
-    /// It was refused, or has failed, and nothing is saved.
-    Refused = 4,
+pub enum Answer {
+    /// The commissioning runs: 2.
+    Running,
+    /// It has ended, and what was found is saved: 3.
+    Saved,
+    /// It has failed by the bus, a fault, or an interrupt, and nothing is saved: 4.
+    Failed,
+    /// A step refuses, and nothing is saved: 16 and the number of the step.
+    Refused(Step),
 }
 
-impl Request {
-    /// Answers what is left of before this program: a request whose master may no longer watch the
-    /// shaft, and a run whose program has ended.
-    ///
-    /// # Errors
-    /// Those of the client.
-    pub fn refuse_old(client: &mut Client) -> Result<(), ClientError> {
-        match client.integer(OBJECT)? {
-            1 | 2 => Self::Refused.report(client),
-            _ => Ok(()),
+impl Answer {
+    fn value(self) -> u8 {
+        match self {
+            Self::Running => 2,
+            Self::Saved => 3,
+            Self::Failed => 4,
+            Self::Refused(step) => 16 + step.number(),
         }
-    }
-
-    /// Whether a master requests a commissioning of this actuator.
-    ///
-    /// # Errors
-    /// Those of the client.
-    pub fn is_pending(client: &mut Client) -> Result<bool, ClientError> {
-        Ok(client.integer(OBJECT)? == Self::Requested as i64)
     }
 
     /// Writes it to the actuator.
@@ -45,6 +37,26 @@ impl Request {
     /// # Errors
     /// Those of the client.
     pub fn report(self, client: &mut Client) -> Result<(), ClientError> {
-        client.write(OBJECT, &(self as u8).to_string())
+        client.write(OBJECT, &self.value().to_string())
     }
+}
+
+/// Ends what is left of before this program: a request whose master may no longer watch the shaft,
+/// and a run whose program has ended.
+///
+/// # Errors
+/// Those of the client.
+pub fn end_old_requests(client: &mut Client) -> Result<(), ClientError> {
+    match client.integer(OBJECT)? {
+        1 | 2 => Answer::Failed.report(client),
+        _ => Ok(()),
+    }
+}
+
+/// Whether a master requests a commissioning of this actuator.
+///
+/// # Errors
+/// Those of the client.
+pub fn is_requested(client: &mut Client) -> Result<bool, ClientError> {
+    Ok(client.integer(OBJECT)? == REQUESTED)
 }

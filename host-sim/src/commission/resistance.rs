@@ -15,10 +15,10 @@ use super::runs::Run;
 use super::samples::{Board, SIGNALS, Sample};
 use super::winding::Winding;
 use super::winding_fit::fit;
-use super::{CommissionError, Estimate, GAIN_ERROR, Limits, record, refuse, uniform};
+use super::{CommissionError, Estimate, GAIN_ERROR, Limits, Step, record, refuse, uniform};
 use crate::can::client::{Client, ClientError};
 
-const STEP: &str = "resistance";
+const STEP: Step = Step::Resistance;
 
 /// Time of a pulse: ten control periods.
 const PULSE: Duration = Duration::from_millis(40);

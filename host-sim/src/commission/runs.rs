@@ -6,11 +6,11 @@ use std::time::Duration;
 use super::regression::slope;
 use super::samples::{Board, SIGNALS, Sample};
 use super::write::write_range;
-use super::{CommissionError, Estimate, GAIN_ERROR, PERIOD_S, record, refuse, uniform};
+use super::{CommissionError, Estimate, GAIN_ERROR, PERIOD_S, Step, record, refuse, uniform};
 use crate::can::client::{Client, ClientError};
 use canopen::cia402::statusword;
 
-const STEP: &str = "runs at constant rate";
+const STEP: Step = Step::Runs;
 
 /// Time at constant rate after which the loop has settled: three of the slowest pole of the
 /// default gains, in control periods.

@@ -11,7 +11,7 @@ use model_core::sensors::dividers::back_emf_gain;
 use model_core::time::PWM_PERIODS_PER_UPDATE;
 
 use super::winding::{Driven, Winding};
-use super::{CommissionError, refuse};
+use super::{CommissionError, Step, refuse};
 use crate::can::capture::Capture;
 use crate::can::client::{Client, ClientError};
 use crate::can::names::{self, Value};
@@ -66,7 +66,7 @@ impl Board {
         if PWM_PERIODS_PER_UPDATE > 1 {
             // The models of winding and twin are those of the default rates.
             return refuse(
-                "rates",
+                Step::Wiring,
                 "a board at the second set of rates is not commissioned",
             );
         }
@@ -143,7 +143,7 @@ fn of_counts(counts: i32) -> PwmCompare {
 pub fn real(client: &mut Client, object: &str) -> Result<f64, CommissionError> {
     match client.get(names::find(object).map_err(ClientError::from)?)? {
         Value::Real(value) => Ok(value.into()),
-        _ => refuse("objects", format!("{object} is not a real number")),
+        _ => refuse(Step::Wiring, format!("{object} is not a real number")),
     }
 }
 

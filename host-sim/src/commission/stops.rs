@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use super::runs::arrive;
 use super::write::write_range;
-use super::{CommissionError, Limits, refuse};
+use super::{CommissionError, Limits, Step, refuse};
 use crate::can::client::Client;
 
-const STEP: &str = "stops";
+const STEP: Step = Step::Stops;
 
 /// Greatest rate, at which the shaft meets a stop, mdeg/s. Gears that yield throw it back.
 const RATE_MDEG_S: i64 = 30_000;

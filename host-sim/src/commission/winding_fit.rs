@@ -3,9 +3,9 @@
 use super::regression::{Regression, regression};
 use super::samples::Sample;
 use super::winding::Winding;
-use super::{CommissionError, Estimate, refuse};
+use super::{CommissionError, Estimate, Step, refuse};
 
-const STEP: &str = "resistance";
+const STEP: Step = Step::Resistance;
 
 /// Iterations of the search: each is a Gauss-Newton step of a smooth function of two parameters.
 const ITERATIONS: usize = 30;

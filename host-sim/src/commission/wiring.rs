@@ -4,10 +4,10 @@
 use std::time::Duration;
 
 use super::samples::{Board, SIGNALS, Sample};
-use super::{CommissionError, Limits, record, refuse};
+use super::{CommissionError, Limits, Step, record, refuse};
 use crate::can::client::{Client, ClientError};
 
-const STEP: &str = "wiring";
+const STEP: Step = Step::Wiring;
 
 /// Longest time of a pulse.
 const LONGEST: Duration = Duration::from_millis(400);

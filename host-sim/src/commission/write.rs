@@ -6,7 +6,7 @@ use super::baseline::BASELINE;
 use super::centre::{self, ORIGIN};
 use super::encoder;
 use super::tuning;
-use super::{CommissionError, Findings, refuse};
+use super::{CommissionError, Findings, Step, refuse};
 use crate::can::client::{Client, ClientError};
 use crate::can::names;
 use crate::can::sdo::SdoError;
@@ -149,7 +149,7 @@ fn check(client: &mut Client, findings: &Findings) -> Result<(), CommissionError
             "{object} is {found}, expected {value}: the actuator has restarted, or another master \
              has written"
         );
-        refuse("write", why)
+        refuse(Step::Write, why)
     };
     for (object, value) in findings.positions() {
         let found = client.integer(object)?;

@@ -20,7 +20,7 @@ use super::excite::{REST, excite};
 use super::resistance::{COLD_DEG_C, COPPER_K, winding_deg_c};
 use super::runs::arrive;
 use super::samples::real;
-use super::{CommissionError, Estimate, Findings, Parameter, record, refuse};
+use super::{CommissionError, Estimate, Findings, Parameter, Step, record, refuse};
 use crate::analysis::linear_models::{Loop, Motor, Timing};
 use crate::analysis::loop_gain;
 use crate::can::capture::Capture;
@@ -30,7 +30,7 @@ pub use design::{LEAST_GAIN_DB, LEAST_PHASE_DEG};
 pub use twin::DELAY_S;
 pub use verify::Line;
 
-const STEP: &str = "tuning";
+const STEP: Step = Step::Tuning;
 
 /// Greatest frequency of the sweep by that of the crossing: beyond it the shaft hardly moves.
 const BEYOND: f64 = 1.3;

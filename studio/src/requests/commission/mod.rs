@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use canopen::cob_id::{HEARTBEAT, SDO_RESPONSE};
 use host_sim::can::client::{Client, ClientError, MONITORED};
 use host_sim::commission::{
-    CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, centre, find, write,
+    CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Step, centre, find, write,
 };
 use host_sim::table::{Cell, Table};
 use serde::Deserialize;
@@ -295,7 +295,7 @@ fn joined<T: Send>(
         let text = panic.downcast_ref::<String>().map(String::as_str);
         let text = text.or_else(|| panic.downcast_ref::<&str>().copied());
         Err(CommissionError::Refused {
-            step: "commissioning",
+            step: Step::Program,
             why: format!(
                 "it has failed: {}",
                 text.unwrap_or("the reason is not known")
