@@ -235,11 +235,11 @@ fn an_excitation_runs_from_the_bus_and_is_captured() {
     assert_eq!(bench.get(0x2030, 2), 3);
     let records = bench.get(0x2030, 6);
     assert!(records > 100);
-    assert_eq!(bench.get(0x2030, 7), 24);
+    assert_eq!(bench.get(0x2030, 7), 28);
     // The domain is announced with its size.
     let answer = bench.sdo([0x40, 0x32, 0x20, 0, 0, 0, 0, 0]);
     assert_eq!(answer[0], 0x41);
-    assert_eq!(answer[4..], (records * 24).to_le_bytes());
+    assert_eq!(answer[4..], (records * 28).to_le_bytes());
     // Its first value is the angle at tick 0, near zero, its sixth the command, 5 deg.
     let mut data = Vec::new();
     for segment in 0..4_u8 {
