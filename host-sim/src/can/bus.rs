@@ -108,3 +108,52 @@ impl<'a> Bus<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use model_core::plant::board::BoardPlantOptions;
+
+    use super::super::native_node::CAPTURE_VALUES;
+    use super::*;
+    use canopen::{NodeId, cob_id};
+    use embedded_can::Frame as _;
+
+    /// Emergency messages of node 1 with this error code.
+    fn count(frames: &[CanFrame], code: u16) -> usize {
+        let is_one = |frame: &&CanFrame| {
+            frame.raw_id().0 == 0x81 && frame.bytes().starts_with(&code.to_le_bytes())
+        };
+        frames.iter().filter(is_one).count()
+    }
+
+    #[test]
+    fn heartbeats_that_a_node_has_not_received_in_a_pause_of_the_computer_are_not_late() {
+        let mut buffer = vec![0; CAPTURE_VALUES];
+        let id = NodeId::new(1);
+        let plant = BoardPlantOptions::default();
+        let node = NativeNode::new(1, id, &plant, &mut buffer).expect("a node");
+        let mut bus = Bus::new(vec![node]);
+        // 1016h:1 monitors node 126 with 300 ms.
+        let monitor = [0x23, 0x16, 0x10, 1, 0x2C, 0x01, 126, 0];
+        for (id, data) in [
+            (cob_id::of_node(cob_id::SDO_REQUEST, 1), &monitor[..]),
+            (cob_id::of_node(cob_id::HEARTBEAT, 126), &[5]),
+        ] {
+            let frame = CanFrame::new(id, data).expect("a frame");
+            bus.send(0, frame, |_, _| {});
+        }
+        let mut frames = Vec::new();
+        let mut run = |bus: &mut Bus<'_>, from_us: u64, periods: u64| {
+            for period in 0..periods {
+                let now_us = from_us + period * PERIOD_US;
+                bus.skip_late(now_us);
+                bus.step(now_us, |_, frame| frames.push(*frame));
+            }
+            count(&frames, 0x8130)
+        };
+        assert_eq!(run(&mut bus, PERIOD_US, 10), 0);
+        // Two seconds later; 70 of the periods remain until the heartbeat is late.
+        assert_eq!(run(&mut bus, 2_000_000, 55), 0);
+        assert_eq!(run(&mut bus, 2_000_000 + 55 * PERIOD_US, 15), 1);
+    }
+}

@@ -74,6 +74,7 @@ pub struct NativeNode<'a> {
     flash: Memory,
     saver: Saver<StoredParameters>,
     next_us: u64,
+    skipped_us: u64,
     encoder_switch: Arc<AtomicBool>,
     faults: BusFaults,
     acceptance: Acceptance,
@@ -133,6 +134,7 @@ impl<'a> NativeNode<'a> {
             saver: Saver::new(&loaded),
             flash,
             next_us: PERIOD_US,
+            skipped_us: 0,
             encoder_switch: Arc::default(),
             faults: BusFaults::default(),
         })
@@ -152,7 +154,7 @@ impl<'a> NativeNode<'a> {
         if self.faults.is_off || !self.accepts(frame) {
             return false;
         }
-        self.actuator.receive(frame, self.next_us - PERIOD_US);
+        self.actuator.receive(frame, self.now_us());
         self.is_acceptance_old = true;
         true
     }
@@ -167,7 +169,7 @@ impl<'a> NativeNode<'a> {
 
     /// The next frame for the bus.
     pub fn transmit(&mut self) -> Option<CanFrame> {
-        let now_us = self.next_us - PERIOD_US;
+        let now_us = self.now_us();
         if let Some(frame) = self.faults.due(now_us) {
             return Some(frame);
         }
@@ -191,9 +193,9 @@ impl<'a> NativeNode<'a> {
         if self.faults.is_off {
             samples.bus = BusState::Off;
         }
-        let outputs = self.actuator.step(&samples, self.next_us);
-        self.is_acceptance_old = true;
         self.next_us += PERIOD_US;
+        let outputs = self.actuator.step(&samples, self.now_us());
+        self.is_acceptance_old = true;
         self.plant.tick(bridge(outputs.bridge), &mut |_, _| {});
         // The virtual bus has no bit rate.
         let _ = self.actuator.device.drive.take_bit_rate();
@@ -216,9 +218,17 @@ impl<'a> NativeNode<'a> {
         self.next_us
     }
 
-    /// Skips late control periods.
+    /// Skips late control periods. The time of the node stands still meanwhile: the heartbeats that
+    /// it has not received yet are not late.
     pub fn skip_to(&mut self, now_us: u64) {
-        self.next_us = self.next_us.max(now_us);
+        let skipped_us = now_us.saturating_sub(self.next_us);
+        self.skipped_us += skipped_us;
+        self.next_us += skipped_us;
+    }
+
+    /// The time of the node's last control period.
+    fn now_us(&self) -> u64 {
+        self.next_us - PERIOD_US - self.skipped_us
     }
 
     fn save(&mut self) {
