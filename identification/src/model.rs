@@ -90,6 +90,12 @@ pub trait Description: Send + Sync {
         Ok(())
     }
 
+    /// The parameter that the recording must have as a column or a constant, and has not, unless a
+    /// request sets it: no default value is that of any actuator.
+    fn unmeasured(&self, _recording: &Recording) -> Option<&'static str> {
+        None
+    }
+
     /// Nested models: this model with some of its parameters at particular values. Their optima are
     /// starting values, so that this model never fits worse.
     fn nested_models(&self) -> Vec<Arc<dyn Model>> {

@@ -274,6 +274,17 @@ pub enum IdentifyError {
         /// The reason.
         error: RecordingError,
     },
+    /// A recording has no value of a parameter that must be measured.
+    #[error(
+        "recording {recording}: {parameter} is not known, expected its column, a known constant \
+         (--known), or a fixed value (--fix)"
+    )]
+    Unmeasured {
+        /// Name of the recording.
+        recording: String,
+        /// The parameter.
+        parameter: &'static str,
+    },
     /// There is no recording to fit to.
     #[error("no recording, expected at least one")]
     NoRecording,

@@ -176,11 +176,38 @@ impl Request {
         own.without(&ParameterOption::new("share", &self.share), table)
     }
 
+    /// Refuses a recording without what the model cannot assume.
+    fn check_measured(
+        &self,
+        model: &dyn Model,
+        experiments: &[Experiment],
+    ) -> Result<(), IdentifyError> {
+        let is_set = |parameter: &ModelParameter| {
+            let valued = self.fix.iter().chain(&self.start).map(|(name, _)| name);
+            valued
+                .chain(&self.free)
+                .any(|name| parameter.is_called(name))
+        };
+        for Experiment { recording, .. } in experiments {
+            let mut parameters = model.parameters().iter();
+            let unmeasured = model.unmeasured(recording);
+            let unmeasured = parameters.find(|p| Some(p.name) == unmeasured && !is_set(p));
+            if let Some(parameter) = unmeasured {
+                return Err(IdentifyError::Unmeasured {
+                    recording: recording.name.clone(),
+                    parameter: parameter.name,
+                });
+            }
+        }
+        Ok(())
+    }
+
     fn problem(
         &self,
         model: Arc<dyn Model>,
         experiments: &[Experiment],
     ) -> Result<Problem, IdentifyError> {
+        self.check_measured(&*model, experiments)?;
         let parameters = model.parameters().to_vec();
         let has = |name: &str| parameters.iter().any(|p| p.is_called(name));
         let mut problem = Problem::try_new(model, experiments.to_vec())?;

@@ -6,7 +6,7 @@ import { NumberField } from './number.js';
 import { state, watch, chosen, hasControl, limits, factor, angleUnit, read } from './state.js';
 import { hold } from './control.js';
 import { LivePlot, panelsOf, animate } from './plot.js';
-import { saving } from './save.js';
+import { saving, save as download } from './save.js';
 
 const LIMITS = ['607D:1', '607D:2'];
 
@@ -108,7 +108,8 @@ const show = host => {
     if (last?.node !== node || !answer) return put(result);
     if (answer.error) return put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, 'Not commissioned')), h('p', { class: 'note bad', role: 'alert' }, answer.error)));
     const { range_mdeg, doubts, tables, saved } = answer, [from, to] = range_mdeg.map(mdeg => short(mdeg / 1000));
-    put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `Actuator ${node}, from ${from} to ${to} deg`), saved ? badge('written and saved', 'good') : badge('not written', 'warn')),
+    put(result, h('section', { class: 'card' }, h('header', {}, h('h2', {}, `Actuator ${node}, from ${from} to ${to} deg`), saved ? badge('written and saved', 'good') : badge('not written', 'warn'),
+      button('Report', () => download(new Blob([answer.page], { type: 'text/html' }), `commissioning-${node}-${new Date().toISOString().slice(0, 10)}.html`), { id: 'commission-report', title: 'Save the page with all plots, each value with its standard error' })),
       doubts.map(text => h('p', { class: 'note warn' }, text)), tables.flatMap(tableOf)));
   };
   let shown = null, count = -1;

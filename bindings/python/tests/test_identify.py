@@ -160,7 +160,7 @@ def test_window_and_known_constants_of_each_recording_are_those_of_the_program(t
         run = sa.simulate("board", plant="bench", every=80, load_torque_nm=load)
         run.to_pandas().to_csv(path, index=False)
     free, loaded, held_out = paths
-    options = ["--model", "motor-m1", "--starts", "1", "--fix", "winding_resistance_ohm=7.7"]
+    options = ["--model", "motor-m1", "--starts", "1", "--fix", "winding_resistance_ohm=7.7", "--fix", "supply_v=6"]
     of_each = [f"--window={loaded}@0:3", f"--window={held_out}@0.5:2.5"]
     of_each += [f"--known={loaded}@load_torque_nm=0.1", f"--known={held_out}@load_torque_nm=0.05"]
     command = [PROGRAM, "identify", free, loaded, "--validate", held_out, "--json", "-", *options]
@@ -170,7 +170,7 @@ def test_window_and_known_constants_of_each_recording_are_those_of_the_program(t
         validate=held_out,
         models="motor-m1",
         starts=1,
-        fix={"winding_resistance_ohm": 7.7},
+        fix={"winding_resistance_ohm": 7.7, "supply_v": 6},
         window=[None, (0.0, 3.0), (0.5, 2.5)],
         known=[None, {"load_torque_nm": 0.1}, {"load_torque_nm": 0.05}],
     )
@@ -279,7 +279,7 @@ def test_the_interpreter_is_free_during_a_search():
 def test_a_motor_that_is_driven_by_its_duty_needs_no_command():
     run = sa.simulate("board", plant="bench", input="3-2-1-1", every=80)
     columns = {name: run[name] for name in ("time_s", "duty_pct", "angle_meas_deg")}
-    options = {"models": "motor-m1", "starts": 1, "fix": {"winding_resistance_ohm": 7.7}}
+    options = {"models": "motor-m1", "starts": 1, "fix": {"winding_resistance_ohm": 7.7, "supply_v": 6}}
     without, complete = sa.identify(columns, **options), sa.identify(run, **options)
     assert without["models"][0]["parameters"] == complete["models"][0]["parameters"]
     assert any("command" in note["text"] for note in without["notes"])

@@ -4,6 +4,7 @@ use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
 
 use crate::Cli;
+use crate::identify::json;
 use crate::served::Served;
 
 #[test]
@@ -159,6 +160,51 @@ fn a_captured_excitation_is_read_with_its_columns() {
     let cli = &served.cli;
     let fit = cli.text("identify capture.csv --model black-box-1 --starts 1");
     assert!(fit.contains("pole_rad_s"), "{fit}");
+}
+
+/// The commands with a capture in docs/identification.md, in their order. The inertia of the served
+/// actuator is 0.0232 kg m^2.
+#[test]
+fn the_documented_recipe_of_a_motor_gives_its_inertia_within_three_standard_errors() {
+    let served = Served::new(&[]);
+    let page = include_str!("../../../docs/identification.md").replace("\\\n", "");
+    let blocks = page.split("```sh\n").skip(1);
+    let blocks = blocks.filter_map(|block| block.split("```").next());
+    let recipe = blocks.filter(|block| block.contains("capture.csv"));
+    let commands: Vec<&str> = recipe
+        .flat_map(str::lines)
+        .filter_map(|line| line.strip_prefix("actuator "))
+        .collect();
+    assert_eq!(commands.len(), 5, "{commands:?}");
+    for command in commands {
+        match command.starts_with("identify") {
+            true => drop(served.cli.text(&format!("{command} --json fit.json"))),
+            false => drop(served.text(command)),
+        }
+    }
+    let fit = json(&served.cli.read("fit.json"));
+    let parameters = fit["models"][0]["parameters"].as_array().expect("a list");
+    let named = |name: &str| parameters.iter().find(|p| p["name"] == name).expect(name);
+    let [inertia, error] = ["estimate", "standard_error_coloured"].map(|key| {
+        let inertia = &named("motor_inertia_kg_m2")[key];
+        inertia.as_f64().expect("a number")
+    });
+    assert!(error < 0.05 * inertia, "{inertia} +- {error}");
+    assert!(
+        (inertia - 0.0232).abs() < 3.0 * error,
+        "{inertia} +- {error}"
+    );
+    // The mean of the recording.
+    let supply_v = named("supply_v")["estimate"].as_f64().expect("a number");
+    assert!((supply_v - 6.0).abs() < 0.3, "{supply_v}");
+    // Without it no torque constant is right, and none is written.
+    served
+        .cli
+        .text("simulate board --plant bench --every 80 --csv without.csv");
+    let message = "without.csv: supply_v is not known, expected its column";
+    served
+        .cli
+        .assert_error("identify without.csv --model motor-m1", 2, message);
 }
 
 #[test]

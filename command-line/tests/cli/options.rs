@@ -57,7 +57,7 @@ fn the_load_of_each_run_is_known() {
         cli.text(&format!("{run} --set load_torque_nm={load} --csv {name}"));
     }
     let identify = "identify free.csv loaded.csv --model motor-m1 --starts 1 --fix \
-                    winding_resistance_ohm=7.7 --json -";
+                    winding_resistance_ohm=7.7 --fix supply_v=6 --json -";
     let cost = |options: &str| {
         let text = cli.text(&format!("{identify} {options}"));
         let document: serde_json::Value = serde_json::from_str(&text).expect("JSON");

@@ -30,8 +30,9 @@ pub struct Baseline {
     pub friction_ma: f64,
     /// Constant of the back-EMF, V s/deg.
     pub constant_v_s_deg: f64,
-    /// Standard errors of both, in their units; `None` after too few motions.
-    pub standard_errors: (Option<f64>, Option<f64>),
+    /// Standard errors of both, and of the two that follow, in their units; `None` after too few
+    /// motions. That of the friction is that of the load too.
+    pub standard_errors: [Option<f64>; 4],
     /// Resistance of the supply, mohm; 0 where the moves do not show it, as the play.
     pub supply_mohm: i64,
     /// Play between motor and shaft, mdeg.
@@ -134,10 +135,12 @@ fn read(client: &mut Client) -> Result<Baseline, ClientError> {
         let error = client.integer(object)?;
         Ok::<_, ClientError>((error > 0).then_some(error as f64 * unit))
     };
-    let standard_errors = (
+    let standard_errors = [
         standard_error("2054:1", 0.1)?,
         standard_error("2054:2", 1e-6)?,
-    );
+        standard_error("2054:3", 1.0)?,
+        standard_error("2054:4", 1.0)?,
+    ];
     Ok(Baseline {
         friction_ma: friction as f64 / 10.0,
         constant_v_s_deg: constant as f64 * 1e-6,

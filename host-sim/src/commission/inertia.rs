@@ -4,6 +4,7 @@
 
 use std::time::Duration;
 
+use super::comparison::Comparison;
 use super::excite::excite;
 use super::friction::Friction;
 use super::motor_fit::{Fitted, Fitting, Motor, Start, timing};
@@ -45,11 +46,17 @@ pub struct Dynamics {
     /// Time from the control period that decides a duty to that which measures its first effect, s:
     /// mean of the chirp and of the board's timing.
     pub delay_s: Estimate,
-    /// Free play of the output, deg: mean of the fits by their standard errors, 0 if they do not
-    /// determine it.
-    pub backlash_deg: f64,
+    /// Free play of the output, deg: mean of the fits by their standard errors; `None` if they do
+    /// not determine it.
+    pub backlash_deg: Option<Estimate>,
     /// Two measurements of one parameter whose intervals do not overlap.
     pub contradictions: Vec<Contradiction>,
+    /// The chirp against its fit.
+    #[serde(skip)]
+    pub identification: Comparison,
+    /// The multisine against the motor of the chirp.
+    #[serde(skip)]
+    pub validation: Comparison,
 }
 
 /// Two measurements of one parameter whose intervals do not overlap.
@@ -89,7 +96,7 @@ pub fn measure(
         inertia_kg_m2: real(client, "2011:4")?,
         coulomb_nm: coulomb.value.max(0.0),
     };
-    let mut fitted = |settings: &[(u8, i32)]| {
+    let mut excited = |settings: &[(u8, i32)]| {
         let samples = board.samples(&excite(
             client,
             centre_mdeg,
@@ -97,9 +104,13 @@ pub fn measure(
             settings,
         )?);
         let warm_k = winding_deg_c(client)? - COLD_DEG_C;
-        Fitted::of(&samples, &Motor::of(cold, constant, warm_k), &start)
+        Ok::<_, CommissionError>((samples, Motor::of(cold, constant, warm_k)))
     };
-    let (one, other) = (fitted(CHIRP.1)?, fitted(MULTISINE.1)?);
+    let (samples, motor) = excited(CHIRP.1)?;
+    let one = Fitted::of(&samples, &motor, &start)?;
+    let (samples, motor) = excited(MULTISINE.1)?;
+    let other = Fitted::of(&samples, &motor, &start)?;
+    let validation = one.predict(&samples, &motor)?;
     let of_excitations = |parameter, name: &str, (one, other): (Fitting, Fitting)| {
         let values = (one.against_another(), other.against_another());
         contradiction((parameter, name), (CHIRP.0, MULTISINE.0), values)
@@ -127,8 +138,11 @@ pub fn measure(
     Ok(Dynamics {
         inertia_kg_m2: one.inertia_kg_m2.whole(),
         delay_s: weighted([one.delay_s.map(Fitting::whole), Some(timing())]),
-        backlash_deg: weighted([one.backlash_deg, other.backlash_deg]).value,
+        backlash_deg: (one.backlash_deg.or(other.backlash_deg))
+            .map(|_| weighted([one.backlash_deg, other.backlash_deg])),
         contradictions: contradictions.into_iter().flatten().collect(),
+        identification: one.comparison,
+        validation,
     })
 }
 

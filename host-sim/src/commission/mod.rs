@@ -5,6 +5,7 @@
 
 mod baseline;
 mod centre;
+mod comparison;
 mod encoder;
 mod excite;
 mod friction;
@@ -34,6 +35,7 @@ use crate::can::client::{Client, ClientError};
 
 pub use baseline::{Baseline, baseline};
 pub use centre::centre;
+pub use comparison::Comparison;
 pub use encoder::{EncoderError, ErrorPoint, Harmonics};
 pub use friction::{Direction, Friction};
 pub use inertia::{Contradiction, Dynamics, Parameter};
@@ -290,7 +292,11 @@ fn steps(
         _ => range_mdeg,
     };
     report("measures torque constant and friction");
-    let runs = runs::measure(client, (range_mdeg, limits.rate_mdeg_s), &board)?;
+    let runs = runs::measure(
+        client,
+        (range_mdeg, limits.rate_mdeg_s),
+        (&board, &cold.winding),
+    )?;
     resistance::check(&cold, &runs.runs)?;
     let constant = runs.back_emf_per_rate()?;
     let held_nm_s = samples::real(client, "2011:5")?;

@@ -10,6 +10,7 @@
 use identification::{Experiment, Fit, Hold, Options, Problem, Quiet, Recording, fit, models};
 use model_core::time::PWM_RATE_HZ;
 
+use super::comparison::Comparison;
 use super::resistance::{COPPER_K, Cold, TEMPERATURE_K};
 use super::runs::ECCENTRICITY_DEG;
 use super::samples::Sample;
@@ -118,6 +119,10 @@ pub struct Fitted {
     pub coulomb_nm: Option<Fitting>,
     /// Free play, deg, where the recording determines it.
     pub backlash_deg: Option<Estimate>,
+    /// The recording against the fit.
+    pub comparison: Comparison,
+    /// The values that do not belong to the recording alone.
+    values: Vec<(&'static str, f64)>,
 }
 
 const INERTIA: &str = "motor_inertia_kg_m2";
@@ -142,17 +147,17 @@ impl Fitted {
             delay_s: None,
         };
         starting.push((DELAY, PERIOD_S));
-        let mut here = solve(&experiment, &values, &starting, STARTS)?;
+        let mut here = solve(&experiment, &values, (&[], &starting), STARTS)?;
         let known = timing();
         let is_better = |delay: Estimate| delay.standard_error < known.standard_error;
         if !determined(&here, DELAY).is_ok_and(is_better) {
             starting.pop();
             values.delay_s = Some(known.value);
-            here = solve(&experiment, &values, &starting, STARTS)?;
+            here = solve(&experiment, &values, (&[], &starting), STARTS)?;
         }
         let found: Vec<_> = here.estimates.iter().filter(|e| !e.fixed).collect();
         let found: Vec<_> = found.iter().map(|e| (e.name, e.value)).collect();
-        let other = |values: Held| solve(&experiment, &values, &found, 1);
+        let other = |values: Held| solve(&experiment, &values, (&[], &found), 1);
         let with_constant = other(Held {
             constant_nm_a: constant.value + constant.standard_error,
             ..values
@@ -200,7 +205,38 @@ impl Fitted {
             },
             coulomb_nm: fitting(COULOMB).ok(),
             backlash_deg: determined(&here, BACKLASH).ok(),
+            comparison: comparison(&experiment, &here),
+            values: [INERTIA, COULOMB, BACKLASH, DELAY]
+                .into_iter()
+                .filter_map(|name| Some((name, here.value(name)?)))
+                .collect(),
         })
+    }
+
+    /// Another recording against this motor.
+    pub fn predict(
+        &self,
+        samples: &[Sample],
+        motor: &Motor,
+    ) -> Result<Comparison, CommissionError> {
+        let experiment = experiment(samples, &motor.winding)?;
+        let held = Held {
+            constant_nm_a: motor.torque_per_current_nm_a.value,
+            resistance_ohm: motor.winding.resistance_ohm,
+            delay_s: None,
+        };
+        let fit = solve(&experiment, &held, (&self.values, &[]), 1)?;
+        Ok(comparison(&experiment, &fit))
+    }
+}
+
+fn comparison(experiment: &Experiment, fit: &Fit) -> Comparison {
+    let recording = &experiment.recording;
+    let fitted = fit.experiments.first();
+    Comparison {
+        command_deg: recording.command_deg.clone(),
+        measured_deg: recording.angle_deg.clone(),
+        predicted_deg: fitted.map_or_else(Vec::new, |fitted| fitted.predicted_deg.clone()),
     }
 }
 
@@ -245,10 +281,13 @@ struct Held {
     delay_s: Option<f64>,
 }
 
+/// Values of parameters, by their names.
+type Values<'a> = &'a [(&'a str, f64)];
+
 fn solve(
     experiment: &Experiment,
     held: &Held,
-    starting: &[(&str, f64)],
+    (fixed, starting): (Values<'_>, Values<'_>),
     starts: usize,
 ) -> Result<Fit, CommissionError> {
     let Some(model) = models::named("motor-m1") else {
@@ -263,6 +302,9 @@ fn solve(
         }
         problem.free("load_torque_nm")?;
         problem.free(BACKLASH)?;
+        for (name, value) in fixed {
+            problem.fix(name, *value)?;
+        }
         for (name, value) in starting {
             // The objects have wider ranges than the search.
             let specs = problem.specs.iter();

@@ -2,7 +2,7 @@
 //! what is written, and the loop as predicted and as measured.
 
 use super::tuning::{Line, Proposal};
-use super::{EncoderError, Findings};
+use super::{EncoderError, Findings, Friction};
 use crate::page::{Block, Page, Section};
 use crate::plot::{Figure, Panel, Series, Style};
 
@@ -14,6 +14,12 @@ const INTRODUCTION: &str = "Standard errors have the residuals of the measuremen
 const CONSTANT: &str = "The back-EMF of runs at constant rate is proportional to the rate; the slope \
     is the torque constant. Residuals that grow with the rate in one direction show an eccentric \
     magnet, an offset shows dividers that differ.";
+
+const FRICTION: &str = "The torque of the runs, and Coulomb and viscous friction in each direction, \
+    which the changes of rate within a run correct.";
+
+const EXCITATIONS: &str = "The chirp gives inertia and delay. The motor that it gives predicts the \
+    multisine, of which only the first angle and a constant load are fitted.";
 
 const LOOP: &str = "A multisine in the closed loop, with the gains in force. Margins are those of \
     the identified motor (predicted), the least ones of all motors within three standard errors, \
@@ -27,6 +33,8 @@ pub fn page(findings: &Findings, origin: &str, is_written: bool) -> Page {
     let mut sections = vec![
         at_a_glance(findings, origin, is_written),
         constant(findings),
+        friction(findings),
+        excitations(findings),
     ];
     sections.extend((!findings.encoder.points.is_empty()).then(|| encoder(&findings.encoder)));
     sections.extend(findings.proposal().map(closed_loop));
@@ -72,6 +80,41 @@ fn constant(findings: &Findings) -> Section {
     Section::new("Torque constant", [CONSTANT.into(), figure.into()])
 }
 
+/// Current of the runs over rate, and what the lines of both directions make of it.
+fn friction(findings: &Findings) -> Section {
+    let mut runs = findings.constant_rates.clone();
+    runs.sort_by(|a, b| a.rate_rad_s.total_cmp(&b.rate_rad_s));
+    let per_a = 1e3 * findings.back_emf_v_s.value;
+    let mut panel = Panel::new("torque (mN m)");
+    let Friction { upward, downward } = findings.friction;
+    for (name, direction, sign) in [("upward", upward, 1.0), ("downward", downward, -1.0)] {
+        let runs = runs.iter().filter(|run| run.rate_rad_s * sign > 0.0);
+        let (rates, torques): (Vec<_>, Vec<_>) = runs
+            .map(|run| (run.rate_rad_s, per_a * run.current_a))
+            .unzip();
+        let line = rates.iter().map(|rate| {
+            let viscous_nm = direction.viscous_nm_s.value * rate;
+            1e3 * (sign * direction.coulomb_nm.value + viscous_nm)
+        });
+        let line: Vec<f64> = line.collect();
+        let rates: Vec<f64> = rates.iter().map(|rate| rate.to_degrees()).collect();
+        panel = panel
+            .series(Series::new(format!("friction {name}"), 2, &rates, &line))
+            .series(Series::new("runs", 1, &rates, &torques).style(Style::Points));
+    }
+    let figure = Figure::new("Torque of the runs", "rate (deg/s)").panel(panel);
+    Section::new("Friction", [FRICTION.into(), figure.into()])
+}
+
+/// The excitations against the model.
+fn excitations(findings: &Findings) -> Section {
+    let dynamics = &findings.dynamics;
+    let identification = dynamics.identification.figure("Chirp, against its fit");
+    let validation = (dynamics.validation).figure("Multisine, against the motor of the chirp");
+    let blocks = [EXCITATIONS.into(), identification.into(), validation.into()];
+    Section::new("Inertia and delay", blocks)
+}
+
 /// The error of the encoder over the turn.
 fn encoder(error: &EncoderError) -> Section {
     let (at, measured): (Vec<_>, Vec<_>) = error
@@ -89,12 +132,22 @@ fn encoder(error: &EncoderError) -> Section {
 
 fn closed_loop(proposal: &Proposal) -> Section {
     let [margins, motions] = proposal.tables();
-    let blocks = [
+    let mut blocks = vec![
         LOOP.into(),
         margins.into(),
         bode(&proposal.lines).into(),
         motions.into(),
     ];
+    for (title, motion) in [
+        ("Step, against the prediction", &proposal.step),
+        (
+            "Moves with feed-forward, against the prediction",
+            &proposal.moves,
+        ),
+    ] {
+        let figure = motion.iter().map(|motion| motion.comparison.figure(title));
+        blocks.extend(figure.map(Block::from));
+    }
     Section::new("Closed loop", blocks)
 }
 

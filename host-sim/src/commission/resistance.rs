@@ -311,6 +311,7 @@ mod tests {
             mean: ConstantRate {
                 rate_rad_s: 2.0,
                 back_emf_v: 2.4 * gain,
+                current_a: 0.0,
             },
             samples: vec![sample; 20],
         }

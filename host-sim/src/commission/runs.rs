@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use super::regression::slope;
 use super::samples::{Board, SIGNALS, Sample};
+use super::winding::Winding;
 use super::write::write_range;
 use super::{CommissionError, Estimate, GAIN_ERROR, PERIOD_S, Step, record, refuse, uniform};
 use crate::can::client::{Client, ClientError};
@@ -36,6 +37,8 @@ pub struct ConstantRate {
     pub rate_rad_s: f64,
     /// Back-EMF, V.
     pub back_emf_v: f64,
+    /// Current, A.
+    pub current_a: f64,
 }
 
 /// A run at constant rate.
@@ -64,7 +67,7 @@ pub struct Runs {
 pub fn measure(
     client: &mut Client,
     ((low, high), rate_mdeg_s): ((i32, i32), i32),
-    board: &Board,
+    (board, winding): (&Board, &Winding),
 ) -> Result<Runs, CommissionError> {
     client.quick_stop()?;
     write_range(client, (low.into(), high.into()))?;
@@ -93,7 +96,7 @@ pub fn measure(
                 found.least_supply_v = found.least_supply_v.min(sample.driven.supply_v);
                 found.temperature_deg_c = found.temperature_deg_c.max(sample.temperature_deg_c);
             }
-            let Some(run) = steady(&samples, rate) else {
+            let Some(run) = steady(&samples, rate, winding) else {
                 let why = format!(
                     "no constant rate of {rate} mdeg/s within {low} to {high} mdeg: expected a \
                      larger range or a lower rate"
@@ -140,15 +143,19 @@ pub fn flux_v_s(samples: &[Sample]) -> impl Iterator<Item = f64> {
 }
 
 /// The run of these samples of a recording.
-fn steady(samples: &[Sample], rate_mdeg_s: i32) -> Option<Run> {
+fn steady(samples: &[Sample], rate_mdeg_s: i32, winding: &Winding) -> Option<Run> {
     let samples = constant_rate(samples, rate_mdeg_s)?;
     let angles = samples.iter().map(|sample| sample.angle_deg.to_radians());
+    let currents = samples
+        .iter()
+        .map(|sample| winding.current(sample.driven).mean_a);
     // The back-EMF of a straight line through its integral, as the rate is that of the angle: where
     // the rate still changes, both weigh it alike.
     Some(Run {
         mean: ConstantRate {
             rate_rad_s: slope_in_time(angles)?,
             back_emf_v: slope_in_time(flux_v_s(samples))?,
+            current_a: currents.sum::<f64>() / samples.len() as f64,
         },
         samples: samples.to_vec(),
     })

@@ -30,6 +30,8 @@ impl Findings {
             ("inertia", "kg m^2", "chirp", dynamics.inertia_kg_m2),
             ("delay", "s", "chirp", dynamics.delay_s),
         ];
+        let backlash = dynamics.backlash_deg.iter();
+        estimates.extend(backlash.map(|it| ("backlash", "deg", "chirp and multisine", *it)));
         let harmonics = self.encoder.harmonics.iter().flat_map(Harmonics::all);
         let harmonics = ENCODER_NAMES.into_iter().zip(harmonics);
         let of_turn = "runs over a turn";
@@ -118,7 +120,6 @@ impl Findings {
                 self.temperature_deg_c,
                 1,
             ),
-            ("backlash, deg", self.dynamics.backlash_deg, 3),
         ] {
             table.push([name.into(), Cell::Number(value, decimals)]);
         }
@@ -174,11 +175,11 @@ impl Proposal {
             ("expected below", "deg"),
         ];
         let mut motions = Table::new("Motions against the model", &columns);
-        for (name, motion) in [("step", self.step), ("with feed-forward", self.moves)] {
+        for (name, motion) in [("step", &self.step), ("with feed-forward", &self.moves)] {
             motions.push([
                 name.into(),
-                Cell::optional(motion.map(|motion| motion.difference_deg), 3),
-                Cell::optional(motion.map(|motion| motion.limit_deg), 3),
+                Cell::optional(motion.as_ref().map(|motion| motion.difference_deg), 3),
+                Cell::optional(motion.as_ref().map(|motion| motion.limit_deg), 3),
             ]);
         }
         [margins, motions]
@@ -195,7 +196,7 @@ impl Baseline {
             ("standard error", ""),
         ];
         let mut table = Table::new("Baseline of the health", &columns);
-        let (friction, constant) = self.standard_errors;
+        let [friction, constant, supply, play] = self.standard_errors;
         let shown = |value: i64| Cell::optional((value > 0).then_some(value as f64), 0);
         for (name, unit, value, error) in [
             (
@@ -210,14 +211,24 @@ impl Baseline {
                 Cell::Number(self.constant_v_s_deg * 1e3, 3),
                 Cell::optional(constant.map(|error| error * 1e3), 3),
             ),
-            ("load", "mA", Cell::Number(self.load_ma, 1), Cell::None),
+            (
+                "load",
+                "mA",
+                Cell::Number(self.load_ma, 1),
+                Cell::optional(friction, 1),
+            ),
             (
                 "supply resistance",
                 "mohm",
                 shown(self.supply_mohm),
-                Cell::None,
+                Cell::optional(supply, 0),
             ),
-            ("play", "mdeg", shown(self.play_mdeg), Cell::None),
+            (
+                "play",
+                "mdeg",
+                shown(self.play_mdeg),
+                Cell::optional(play, 0),
+            ),
         ] {
             table.push([name.into(), unit.into(), value, error]);
         }

@@ -3,6 +3,7 @@
 mod bench;
 mod centre;
 mod encoder;
+mod other_motor;
 mod saved;
 mod stops;
 
@@ -12,8 +13,8 @@ use model_core::plant::drivetrain::DrivetrainParameters;
 pub use self::bench::{LIMITS, client};
 use super::runs::arrive;
 use super::{
-    Baseline, Contradiction, Findings, Friction, Kept, Limits, Parameter, find, measure, page,
-    tune, write,
+    Baseline, Comparison, Contradiction, Findings, Friction, Kept, Limits, Parameter, find,
+    measure, page, tune, write,
 };
 use crate::table::Cell;
 
@@ -177,7 +178,7 @@ fn the_baseline_is_that_of_later_moves_and_stays_where_these_do_not_show_it() {
         let baseline = found.baseline.expect("it is taken");
         assert_eq!(baseline.without_baseline, None, "bench {seed}");
         let objects = baseline.objects();
-        assert!(baseline.standard_errors.0.is_some(), "bench {seed}");
+        assert!(baseline.standard_errors[0].is_some(), "bench {seed}");
         if baseline.supply_mohm > 0 {
             let later = client.integer("2052:9").expect("a mean");
             let permille = (later - baseline.supply_mohm) * 1000 / baseline.supply_mohm;
@@ -232,7 +233,32 @@ fn the_page_shows_each_value_with_its_error_the_loop_and_what_is_not_written() {
         .for_each(|it| it.without_baseline.clone_from(&without_baseline));
     let page = page(&found, "an origin", false);
     let titles: Vec<_> = page.figures().map(|figure| figure.title.clone()).collect();
-    assert_eq!(titles, ["Back-EMF of the runs", "From command to angle"]);
+    assert_eq!(
+        titles,
+        [
+            "Back-EMF of the runs",
+            "Torque of the runs",
+            "Chirp, against its fit",
+            "Multisine, against the motor of the chirp",
+            "From command to angle",
+            "Step, against the prediction",
+            "Moves with feed-forward, against the prediction",
+        ]
+    );
+    // The motor of the chirp predicts the multisine nearly as well as the chirp.
+    let rms_deg = |comparison: &Comparison| {
+        let pairs = comparison
+            .measured_deg
+            .iter()
+            .zip(&comparison.predicted_deg);
+        let squares: Vec<f64> = pairs.map(|(a, b)| (a - b).powi(2)).collect();
+        assert!(squares.len() > 500, "{}", squares.len());
+        (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+    };
+    let dynamics = &found.dynamics;
+    let [fitted, predicted] = [&dynamics.identification, &dynamics.validation].map(rms_deg);
+    println!("rms {fitted} deg of the chirp, {predicted} deg of the multisine");
+    assert!(predicted < 2.0 * fitted.max(0.088), "{fitted} {predicted}");
     let text = page.render();
     for (name, unit, step, estimate) in found.estimates() {
         let value = Cell::significant(estimate.value).to_string();

@@ -207,6 +207,12 @@ impl Description for Motor {
         }
     }
 
+    fn unmeasured(&self, recording: &Recording) -> Option<&'static str> {
+        // The torque constant is found in proportion to it. A position loop has it in its gain.
+        let is_known = recording.supply_v.is_some() || recording.constants.contains_key("supply_v");
+        (self.drive == Drive::Duty && !is_known).then_some("supply_v")
+    }
+
     fn nested_models(&self) -> Vec<Arc<dyn Model>> {
         let nested: &[usize] = match self.friction {
             1 => &[],
@@ -263,6 +269,7 @@ impl Dynamics for Motor {
             },
             torque_constant_nm_a: (0.6 * supply_v / fastest_rad_s.max(0.1)).clamp(0.05, 20.0),
             duty_per_error_pct_deg: defaults.duty_per_error_pct_deg / firmware_gain,
+            supply_v,
             initial_angle_deg: data.initial_angle_deg,
             ..defaults
         }

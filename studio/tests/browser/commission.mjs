@@ -126,6 +126,12 @@ try {
   assert.ok(found['2053:1'] > 0 && Math.abs(found['2053:2'] - 20_218) < 202, 'the baseline of the health');
   assert.match(await other.text('#commission-lines'), /takes the baseline of the health.*finds gains, and verifies them.*checks the wiring/s);
   await other.picture('commission', true);
+  const report = await other.evaluate(`new Promise(done => {
+    const original = URL.createObjectURL;
+    URL.createObjectURL = blob => { URL.createObjectURL = original; blob.text().then(done); return original(blob); };
+    document.getElementById('commission-report').click();
+  })`);
+  for (const figure of ['Torque of the runs', 'Multisine, against the motor of the chirp', 'Step, against the prediction']) assert.ok(report.includes(figure), figure);
   // The baseline is shown; the means begin anew with it. A level without a warning, and the plots.
   await request(other, 'write', { node: 1, object: '2053:6', value: '500' });
   await other.show('faults');

@@ -258,7 +258,8 @@ pub fn tune(client: &mut Client, findings: &Findings) -> Result<Tuning, Commissi
         None if !disagreements.is_empty() => (None, Some("the gains are not verified".into())),
         None => {
             let moves = moves(client, centre_mdeg, &identified, &mut twin)?;
-            (Some(moves), moves.disagreement("moves with feed-forward"))
+            let disagreement = moves.disagreement("moves with feed-forward");
+            (Some(moves), disagreement)
         }
     };
     client.quick_stop()?;
@@ -317,7 +318,8 @@ fn plant(identified: &Identified, findings: &Findings, ratio: f64) -> BoardPlant
     gears.gear_ratio = ratio;
     gears.motor_inertia_kg_m2 =
         (identified.inertia_kg_m2.value - beyond_kg_m2).max(0.0) / (ratio * ratio);
-    gears.backlash_deg = findings.dynamics.backlash_deg;
+    let backlash = findings.dynamics.backlash_deg;
+    gears.backlash_deg = backlash.map_or(0.0, |backlash| backlash.value);
     let super::Friction { upward, downward } = findings.friction;
     let coulomb = upward.coulomb_nm.mean(downward.coulomb_nm);
     // Without friction of its own the output would not rest within the backlash.

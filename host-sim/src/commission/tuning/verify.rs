@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use model_core::control::encoder_word::COUNT_DEG;
 use model_core::parameter::ParameterError;
 
+use super::super::comparison::Comparison;
 use super::Margins;
 use super::design::Identified;
 use super::response::{LINES, Multisine, Response};
@@ -148,7 +149,7 @@ pub fn of_sweep(lines: &[Line], predicted: &Margins, measured: Option<&Margins>)
 }
 
 /// A motion: rms difference between measured and predicted angle, and the largest one expected.
-#[derive(Debug, Clone, Copy, serde::Serialize)]
+#[derive(Debug, Clone, serde::Serialize)]
 pub struct Motion {
     /// Rms difference of the angles, deg.
     pub difference_deg: f64,
@@ -157,6 +158,9 @@ pub struct Motion {
     pub limit_deg: f64,
     /// Rms difference of angle and command, deg.
     pub error_deg: f64,
+    /// The angles.
+    #[serde(skip)]
+    pub comparison: Comparison,
 }
 
 impl Motion {
@@ -176,6 +180,11 @@ impl Motion {
             difference_deg: rms(differences(records, predicted)),
             limit_deg: rms(differences(other, predicted)) + COUNT_DEG,
             error_deg: rms(error),
+            comparison: Comparison {
+                command_deg: records.iter().map(command).collect(),
+                measured_deg: angles(records),
+                predicted_deg: angles(predicted),
+            },
         })
     }
 
@@ -191,6 +200,10 @@ impl Motion {
             )
         })
     }
+}
+
+fn angles(records: &[Record]) -> Vec<f64> {
+    records.iter().map(|record| record.angle_deg).collect()
 }
 
 /// The place of the first change of the command.

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use canopen::cob_id::{HEARTBEAT, SDO_RESPONSE};
 use host_sim::can::client::{Client, ClientError, MONITORED};
 use host_sim::commission::{
-    CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Step, centre, find, write,
+    CommissionError, Findings, Kept, LEAST_RANGE_MDEG, Limits, Step, centre, find, page, write,
 };
 use host_sim::table::{Cell, Table};
 use serde::Deserialize;
@@ -212,9 +212,15 @@ impl Run {
             })?;
         }
         let tables = findings.tables(self.saves);
+        let origin = format!(
+            "Made with Studio of version {}, for actuator {}",
+            env!("CARGO_PKG_VERSION"),
+            self.node
+        );
+        let page = page(&findings, &origin, self.saves).render();
         Ok(json!({
             "saved": self.saves, "range_mdeg": findings.range_mdeg, "doubts": findings.doubts(),
-            "tables": tables.iter().map(shown).collect::<Vec<_>>(),
+            "tables": tables.iter().map(shown).collect::<Vec<_>>(), "page": page,
         }))
     }
 
