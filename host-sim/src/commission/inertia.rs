@@ -13,27 +13,41 @@ use super::samples::{Board, SIGNALS, real};
 use super::{CommissionError, Estimate};
 use crate::can::client::Client;
 
-/// An excitation: its name, and the values of the sub-indices of 2020h.
-type Excitation = (&'static str, &'static [(u8, i32)]);
+/// An excitation: the values of the sub-indices of 2020h for a scale of its amplitude.
+type Excitation = fn(f64) -> Vec<(u8, i32)>;
 
 /// A chirp over the band of the position loop, within 5 deg.
-const CHIRP: Excitation = (
-    "the chirp",
-    &[
+const CHIRP: Excitation = |scale| {
+    let amplitude_mdeg = (5e3 * scale) as i32;
+    vec![
         (3, 5),
-        (4, 5_000),
+        (4, amplitude_mdeg),
         (5, 300),
         (6, 4_000),
         (7, 4_000),
         (12, 1),
-    ],
-);
+    ]
+};
 
 /// Cosines at eight odd multiples of 0.4 Hz, to 6 Hz, of 2 deg each, twice.
-const MULTISINE: Excitation = (
-    "the multisine",
-    &[(3, 9), (4, 2_000), (5, 400), (11, 8), (12, 2)],
-);
+const MULTISINE: Excitation = |scale| {
+    let amplitude_mdeg = (2e3 * scale) as i32;
+    vec![(3, 9), (4, amplitude_mdeg), (5, 400), (11, 8), (12, 2)]
+};
+
+/// Their names.
+const NAMES: (&str, &str) = ("the chirp", "the multisine");
+
+/// Relative standard error of the inertia above which the chirp is repeated with a greater
+/// amplitude: most motors have 3 % by resistance, gains and magnet.
+const WANTED: f64 = 0.05;
+
+/// The greatest scale of the amplitudes.
+const MOST_SCALE: f64 = 3.0;
+
+/// What the multisine moves at most, and its distance to the ends of the range, deg.
+const REACH_DEG: f64 = 16.0;
+const DISTANCE_DEG: f64 = 5.0;
 
 /// Standard errors from the middle of an interval of 95 % to its ends.
 const INTERVAL: f64 = 2.0;
@@ -96,34 +110,43 @@ pub fn measure(
         inertia_kg_m2: real(client, "2011:4")?,
         coulomb_nm: coulomb.value.max(0.0),
     };
-    let mut excited = |settings: &[(u8, i32)]| {
+    let half_deg = f64::from(high - low) * 0.5e-3;
+    let most = ((half_deg - DISTANCE_DEG) / REACH_DEG).clamp(1.0, MOST_SCALE);
+    let mut excited = |excitation: Excitation, scale: f64| {
         let samples = board.samples(&excite(
             client,
             centre_mdeg,
             (&SIGNALS, Duration::ZERO),
-            settings,
+            &excitation(scale),
         )?);
         let warm_k = winding_deg_c(client)? - COLD_DEG_C;
         Ok::<_, CommissionError>((samples, Motor::of(cold, constant, warm_k)))
     };
-    let (samples, motor) = excited(CHIRP.1)?;
-    let one = Fitted::of(&samples, &motor, &start)?;
-    let (samples, motor) = excited(MULTISINE.1)?;
+    let mut scale = 1.0;
+    let one = loop {
+        let (samples, motor) = excited(CHIRP, scale)?;
+        match Fitted::of(&samples, &motor, &start) {
+            Ok(one) if one.inertia_kg_m2.whole().relative() <= WANTED => break one,
+            fitted if scale >= most => break fitted?,
+            _ => scale = most,
+        }
+    };
+    let (samples, motor) = excited(MULTISINE, scale)?;
     let other = Fitted::of(&samples, &motor, &start)?;
     let validation = one.predict(&samples, &motor)?;
     let of_excitations = |parameter, name: &str, (one, other): (Fitting, Fitting)| {
         let values = (one.against_another(), other.against_another());
-        contradiction((parameter, name), (CHIRP.0, MULTISINE.0), values)
+        contradiction((parameter, name), NAMES, values)
     };
     let of_delays = |delays| of_excitations(Parameter::Delay, "delay, s", delays);
     let of_timing = |of_chirp: Fitting| {
         let name = (Parameter::Delay, "delay, s");
-        let sources = (CHIRP.0, "the timing of the board");
+        let sources = (NAMES.0, "the timing of the board");
         contradiction(name, sources, (of_chirp.whole(), timing()))
     };
     let of_runs = |of_chirp: Fitting| {
         let name = (Parameter::Coulomb, "Coulomb friction, Nm");
-        contradiction(name, (CHIRP.0, "the runs"), (of_chirp.whole(), coulomb))
+        contradiction(name, (NAMES.0, "the runs"), (of_chirp.whole(), coulomb))
     };
     let contradictions = [
         of_excitations(

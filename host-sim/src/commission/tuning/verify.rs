@@ -153,8 +153,8 @@ pub fn of_sweep(lines: &[Line], predicted: &Margins, measured: Option<&Margins>)
 pub struct Motion {
     /// Rms difference of the angles, deg.
     pub difference_deg: f64,
-    /// The largest one expected, deg: that of an inertia which is greater by 1 dB, and a count of
-    /// the encoder.
+    /// The largest one expected, deg: that of an inertia which is greater by 1 dB, a count of the
+    /// encoder, and half of the play, within which the shaft may rest.
     pub limit_deg: f64,
     /// Rms difference of angle and command, deg.
     pub error_deg: f64,
@@ -167,6 +167,7 @@ impl Motion {
     /// Of a recorded motion, from the first change of its command on.
     pub fn of(records: &[Record], twin: &Twin) -> Result<Self, ParameterError> {
         let predicted = twin.follow(records)?;
+        let play_deg = twin.plant.drivetrain.gear_train.backlash_deg;
         let mut heavier = twin.clone();
         heavier.plant.drivetrain.gear_train.motor_inertia_kg_m2 *= FACTOR;
         let other = heavier.follow(records)?;
@@ -178,7 +179,7 @@ impl Motion {
             .map(|record| record.angle_deg - command(record));
         Ok(Self {
             difference_deg: rms(differences(records, predicted)),
-            limit_deg: rms(differences(other, predicted)) + COUNT_DEG,
+            limit_deg: rms(differences(other, predicted)) + COUNT_DEG + play_deg / 2.0,
             error_deg: rms(error),
             comparison: Comparison {
                 command_deg: records.iter().map(command).collect(),
