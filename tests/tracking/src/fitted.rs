@@ -2,13 +2,13 @@
 //! (`host_sim::servo_bus::model`).
 
 use firmware::parameters::{BoardParameters, ObjectValues};
-use host_sim::input::flight_like;
 use host_sim::servo_bus::model;
 use model_core::plant::board::BoardPlantOptions;
 use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::plant::drivetrain::load::LoadParameters;
 
-use crate::{Setup, error_deg, follow, mean};
+use crate::Setup;
+use crate::drive::Drive;
 
 /// The servo: of those with a fit the one whose currents are within the range of the board.
 pub const NAME: &str = "xl330-m288";
@@ -46,18 +46,15 @@ fn parameters(drivetrain: &DrivetrainParameters) -> (BoardParameters, ObjectValu
     (board, values)
 }
 
-/// Rms error on a flight-like command at 50 Hz, deg. The gains of the rate loop are those of the
-/// paper by the rate that a duty makes.
-pub fn flight_deg(setup: &Setup) -> f64 {
+/// A drive with this motor. The gains of the rate loop are those of the paper by the rate that a
+/// duty makes.
+pub fn drive(setup: &Setup, seed: u64, interval_ms: i32) -> Drive {
     let servo = model(NAME).expect("a model");
     let drivetrain = servo.drivetrain(LoadParameters::default());
     let rate_gains = rate_by_duty(&DrivetrainParameters::default()) / rate_by_duty(&drivetrain);
-    mean(|seed| {
-        let plant = BoardPlantOptions {
-            drivetrain,
-            ..BoardPlantOptions::realistic(seed)
-        };
-        let mut drive = setup.drive_with(&plant, 20, parameters(&drivetrain), rate_gains);
-        error_deg(&follow(&mut drive, 20, flight_like(seed)))
-    })
+    let plant = BoardPlantOptions {
+        drivetrain,
+        ..BoardPlantOptions::realistic(seed)
+    };
+    setup.drive_with(&plant, interval_ms, parameters(&drivetrain), rate_gains)
 }

@@ -2,6 +2,7 @@
 //! the emulated board, natively, with the loop of the paper and with what object 2013h adds to it.
 //! Noise, friction, magnet and supply of each drive follow from its seed.
 
+mod bench;
 mod command;
 mod drive;
 mod fitted;
@@ -26,6 +27,7 @@ use model_core::plant::drivetrain::DrivetrainParameters;
 use model_core::time::{CONTROL_PERIOD_S as PERIOD_S, CONTROL_RATE_HZ};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use bench::Bench;
 use command::{sine, standard};
 use drive::Drive;
 use margin::Margins;
@@ -230,11 +232,10 @@ fn late_flight_deg(setup: &Setup) -> f64 {
     })
 }
 
-/// Rms error on a flight-like command at this voltage of the source, deg.
-fn flight_deg(setup: &Setup, interval_ms: i32, source_v: f64) -> f64 {
+/// Rms error on a flight-like command, deg.
+fn flight_deg(setup: &Setup, bench: Bench, interval_ms: i32) -> f64 {
     mean(|seed| {
-        let mut drive = setup.drive(seed, interval_ms);
-        drive.defects().source_v = Some(source_v);
+        let mut drive = bench.drive(setup, seed, interval_ms);
         error_deg(&follow(&mut drive, interval_ms, flight_like(seed)))
     })
 }
@@ -258,9 +259,9 @@ fn standard_deg(setup: &Setup, name: &str) -> f64 {
 }
 
 /// Greatest angle beyond a step of the target, deg.
-fn overshoot_deg(setup: &Setup, interval_ms: i32, step_deg: f64) -> f64 {
+fn overshoot_deg(setup: &Setup, bench: Bench, (interval_ms, step_deg): (i32, f64)) -> f64 {
     let beyond = (0..SEEDS).into_par_iter().map(|seed| {
-        let mut drive = setup.drive(seed, interval_ms);
+        let mut drive = bench.drive(setup, seed, interval_ms);
         let samples = follow(&mut drive, interval_ms, |time_s| {
             if time_s < 1.0 { 0.0 } else { step_deg }
         });
@@ -271,9 +272,9 @@ fn overshoot_deg(setup: &Setup, interval_ms: i32, step_deg: f64) -> f64 {
 }
 
 /// Amplitude of the angle over that of a sine.
-fn gain(setup: &Setup, amplitude_deg: f64, frequency_hz: f64) -> f64 {
+fn gain(setup: &Setup, bench: Bench, (amplitude_deg, frequency_hz): (f64, f64)) -> f64 {
     mean(|seed| {
-        let mut drive = setup.drive(seed, 4);
+        let mut drive = bench.drive(setup, seed, 4);
         let samples = follow(&mut drive, 4, sine(amplitude_deg, frequency_hz));
         // Whole turns of the second half.
         let turn = 1.0 / (frequency_hz * PERIOD_S);
@@ -290,10 +291,11 @@ fn gain(setup: &Setup, amplitude_deg: f64, frequency_hz: f64) -> f64 {
 }
 
 /// The least frequency at which the gain is below -3 dB, Hz, of frequencies 5 % apart.
-fn bandwidth_hz(setup: &Setup, amplitude_deg: f64) -> f64 {
+fn bandwidth_hz(setup: &Setup, bench: Bench, amplitude_deg: f64) -> f64 {
     let frequencies = (0..100).map(|number| 0.5 * 1.05_f64.powi(number));
-    let mut above = frequencies
-        .skip_while(|&frequency| gain(setup, amplitude_deg, frequency) >= 0.5_f64.sqrt());
+    let mut above = frequencies.skip_while(|&frequency_hz| {
+        gain(setup, bench, (amplitude_deg, frequency_hz)) >= 0.5_f64.sqrt()
+    });
     above.next().unwrap_or(f64::NAN)
 }
 
@@ -353,7 +355,7 @@ fn rows() -> Vec<(String, [f64; 3])> {
         for source_v in [5.0, SOURCE_V, 7.4] {
             measures.push((
                 format!("rms error, targets at {rate}, {source_v:.1} V (deg)"),
-                Box::new(move |setup| flight_deg(setup, interval_ms, source_v)),
+                Box::new(move |setup| flight_deg(setup, Bench::at(source_v), interval_ms)),
             ));
         }
     }
@@ -367,13 +369,6 @@ fn rows() -> Vec<(String, [f64; 3])> {
             Box::new(move |setup| different_deg(setup, differs)),
         ));
     }
-    measures.push((
-        format!(
-            "rms error, targets at 50 Hz, fitted motor of the {} (deg)",
-            fitted::NAME
-        ),
-        Box::new(fitted::flight_deg),
-    ));
     for name in ["chirp", "3-2-1-1"] {
         measures.push((
             format!("rms error, {name} of the paper (deg)"),
@@ -384,14 +379,14 @@ fn rows() -> Vec<(String, [f64; 3])> {
         for step_deg in [5.0, 20.0] {
             measures.push((
                 format!("step of {step_deg} deg, targets at {rate}: beyond it (deg)"),
-                Box::new(move |setup| overshoot_deg(setup, interval_ms, step_deg)),
+                Box::new(move |setup| overshoot_deg(setup, Bench::USUAL, (interval_ms, step_deg))),
             ));
         }
     }
     for amplitude_deg in [1.0, 5.0] {
         measures.push((
             format!("bandwidth at -3 dB, {amplitude_deg} deg (Hz)"),
-            Box::new(move |setup| bandwidth_hz(setup, amplitude_deg)),
+            Box::new(move |setup| bandwidth_hz(setup, Bench::USUAL, amplitude_deg)),
         ));
         measures.push((
             format!("its bound by voltage and winding, {amplitude_deg} deg (Hz)"),
@@ -409,7 +404,7 @@ fn rows() -> Vec<(String, [f64; 3])> {
         for (name, part) in parts {
             measures.push((
                 format!("at rest{load}: {name}"),
-                Box::new(move |setup| part(&rest(setup, torque_nm))),
+                Box::new(move |setup| part(&rest(setup, Bench::USUAL, torque_nm))),
             ));
         }
     }
@@ -441,15 +436,64 @@ fn rows() -> Vec<(String, [f64; 3])> {
         .into_iter()
         .map(|(name, measure)| (name, SETUPS.each_ref().map(measure)));
     let mut rows: Vec<_> = measured.collect();
-    let margins = SETUPS.each_ref().map(margin::margins);
+    rows.extend(rows_of_margins("", Bench::USUAL));
+    for source_v in [5.0, 7.4] {
+        rows.extend(rows_of_bench(
+            &format!("{source_v:.1} V: "),
+            Bench::at(source_v),
+        ));
+    }
+    let fitted = format!("fitted motor of the {}: ", fitted::NAME);
+    rows.extend(rows_of_bench(&fitted, Bench::FITTED));
+    rows
+}
+
+/// The margins on a bench.
+fn rows_of_margins(of: &str, bench: Bench) -> [(String, [f64; 3]); 3] {
+    let margins = SETUPS.each_ref().map(|setup| margin::margins(setup, bench));
     type Part = fn(Margins) -> f64;
     let parts: [(&str, Part); 3] = [
         ("phase margin (deg)", |it| it.phase_deg),
         ("frequency of the phase margin (Hz)", |it| it.crossing_hz),
         ("gain margin (dB)", |it| it.gain_db),
     ];
-    rows.extend(parts.map(|(name, part)| (name.to_owned(), margins.map(part))));
-    rows
+    parts.map(|(name, part)| (format!("{of}{name}"), margins.map(part)))
+}
+
+/// What is measured on another bench than the usual one.
+fn rows_of_bench(of: &str, bench: Bench) -> Vec<(String, [f64; 3])> {
+    let rest = SETUPS.each_ref().map(|setup| rest(setup, bench, 0.0));
+    let of_setups = |measure: &dyn Fn(&Setup) -> f64| SETUPS.each_ref().map(measure);
+    let mut rows = Vec::new();
+    // That of each voltage is a line of its own.
+    if bench.source_v.is_none() {
+        rows.push((
+            "rms error, targets at 50 Hz (deg)",
+            of_setups(&|setup| flight_deg(setup, bench, 20)),
+        ));
+    }
+    rows.extend([
+        (
+            "step of 5 deg, targets at 250 Hz: beyond it (deg)",
+            of_setups(&|setup| overshoot_deg(setup, bench, (4, 5.0))),
+        ),
+        (
+            "bandwidth at -3 dB, 1 deg (Hz)",
+            of_setups(&|setup| bandwidth_hz(setup, bench, 1.0)),
+        ),
+        (
+            "at rest: changes of the duty's sign (1/s)",
+            rest.each_ref().map(|it| it.changes_hz),
+        ),
+        (
+            "at rest: greatest error (deg)",
+            rest.each_ref().map(|it| it.greatest_error_deg),
+        ),
+    ]);
+    let named = rows
+        .into_iter()
+        .map(|(name, values)| (format!("{of}{name}"), values));
+    named.chain(rows_of_margins(of, bench)).collect()
 }
 
 fn main() -> std::io::Result<()> {

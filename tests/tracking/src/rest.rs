@@ -4,6 +4,7 @@
 use model_core::time::CONTROL_PERIOD_S as PERIOD_S;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use super::bench::Bench;
 use super::{PERIODS, SEEDS, Sample, Setup, error_deg, follow, mean};
 
 /// Shafts that rest under a torque.
@@ -40,9 +41,9 @@ impl Rest {
 }
 
 /// Of all seeds: means of changes and rms, and the greatest of the others.
-pub fn rest(setup: &Setup, torque_nm: f64) -> Rest {
+pub fn rest(setup: &Setup, bench: Bench, torque_nm: f64) -> Rest {
     let of_seed = |seed: u64| {
-        let mut drive = setup.drive(seed, 4);
+        let mut drive = bench.drive(setup, seed, 4);
         drive.defects().torque_nm = torque_nm;
         let samples = follow(&mut drive, 4, |_| 12.3 + 0.1 * seed as f64);
         Rest::of(&samples[PERIODS as usize / 2..])
