@@ -132,14 +132,11 @@ fn a_captured_excitation_is_read_with_its_columns() {
         header.starts_with("time_s,angle_mdeg,rate_mdeg_s,"),
         "{header}"
     );
-    assert!(header.ends_with("command_mdeg"));
+    assert!(header.ends_with("command_mdeg,supply_mv"));
     let commands: Vec<i64> = lines
         .map(|line| {
-            line.rsplit(',')
-                .next()
-                .expect("a field")
-                .parse()
-                .expect("whole")
+            let command = line.rsplit(',').nth(1);
+            command.expect("a field").parse().expect("whole")
         })
         .collect();
     let base = commands[commands.len() - 1];

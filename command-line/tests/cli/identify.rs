@@ -35,7 +35,7 @@ fn a_fit_that_has_not_converged_has_a_status_of_its_own_and_determines_nothing()
     cli.text("simulate board --plant bench --input 3-2-1-1 --every 80 --csv run.csv");
     // One search from such a delay reaches its limit of iterations.
     let fit = "identify run.csv --model motor-m4 --starts 1 --start delay_s=0.3 \
-        --fix supply_v=6 --parameters open.toml";
+        --fix supply_v=12 --parameters open.toml";
     let run = cli.actuator(fit).assert().code(3);
     let error = String::from_utf8_lossy(&run.get_output().stderr).into_owned();
     assert!(

@@ -436,20 +436,12 @@ fn rows() -> Vec<(String, [f64; 3])> {
         .into_iter()
         .map(|(name, measure)| (name, SETUPS.each_ref().map(measure)));
     let mut rows: Vec<_> = measured.collect();
-    rows.extend(rows_of_margins("", Bench::USUAL));
-    for source_v in [5.0, 7.4] {
-        rows.extend(rows_of_bench(
-            &format!("{source_v:.1} V: "),
-            Bench::at(source_v),
-        ));
-    }
-    let fitted = format!("fitted motor of the {}: ", fitted::NAME);
-    rows.extend(rows_of_bench(&fitted, Bench::FITTED));
+    rows.extend(margins(Bench::USUAL));
     rows
 }
 
-/// The margins on a bench.
-fn rows_of_margins(of: &str, bench: Bench) -> [(String, [f64; 3]); 3] {
+/// The margins of each setup on a bench.
+fn margins(bench: Bench) -> [(String, [f64; 3]); 3] {
     let margins = SETUPS.each_ref().map(|setup| margin::margins(setup, bench));
     type Part = fn(Margins) -> f64;
     let parts: [(&str, Part); 3] = [
@@ -457,43 +449,37 @@ fn rows_of_margins(of: &str, bench: Bench) -> [(String, [f64; 3]); 3] {
         ("frequency of the phase margin (Hz)", |it| it.crossing_hz),
         ("gain margin (dB)", |it| it.gain_db),
     ];
-    parts.map(|(name, part)| (format!("{of}{name}"), margins.map(part)))
+    parts.map(|(name, part)| (name.to_owned(), margins.map(part)))
 }
 
-/// What is measured on another bench than the usual one.
-fn rows_of_bench(of: &str, bench: Bench) -> Vec<(String, [f64; 3])> {
+/// What is measured of each setup on other benches too.
+fn rows_of(bench: Bench) -> Vec<(String, [f64; 3])> {
     let rest = SETUPS.each_ref().map(|setup| rest(setup, bench, 0.0));
     let of_setups = |measure: &dyn Fn(&Setup) -> f64| SETUPS.each_ref().map(measure);
-    let mut rows = Vec::new();
-    // That of each voltage is a line of its own.
-    if bench.source_v.is_none() {
-        rows.push((
+    let rows = [
+        (
             "rms error, targets at 50 Hz (deg)",
             of_setups(&|setup| flight_deg(setup, bench, 20)),
-        ));
-    }
-    rows.extend([
+        ),
         (
-            "step of 5 deg, targets at 250 Hz: beyond it (deg)",
+            "step of 5 deg: beyond it (deg)",
             of_setups(&|setup| overshoot_deg(setup, bench, (4, 5.0))),
         ),
         (
-            "bandwidth at -3 dB, 1 deg (Hz)",
+            "bandwidth, 1 deg (Hz)",
             of_setups(&|setup| bandwidth_hz(setup, bench, 1.0)),
         ),
         (
-            "at rest: changes of the duty's sign (1/s)",
+            "at rest: changes of sign (1/s)",
             rest.each_ref().map(|it| it.changes_hz),
         ),
         (
             "at rest: greatest error (deg)",
             rest.each_ref().map(|it| it.greatest_error_deg),
         ),
-    ]);
-    let named = rows
-        .into_iter()
-        .map(|(name, values)| (format!("{of}{name}"), values));
-    named.chain(rows_of_margins(of, bench)).collect()
+    ];
+    let named = rows.map(|(name, values)| (name.to_owned(), values));
+    named.into_iter().chain(margins(bench)).collect()
 }
 
 fn main() -> std::io::Result<()> {

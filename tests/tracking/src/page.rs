@@ -4,7 +4,8 @@ use std::process::Command;
 
 use model_core::time::CONTROL_RATE_HZ;
 
-use super::{SETUPS, margin, rows};
+use super::bench::Bench;
+use super::{SETUPS, fitted, margin, rows, rows_of};
 
 /// The commit of the sources.
 fn commit() -> std::io::Result<String> {
@@ -39,8 +40,27 @@ pub fn page() -> std::io::Result<String> {
         let [paper, with, observed] = [paper, with, observed].map(cell);
         page += &format!("| {name} | {paper} | {with} | {observed} |\n");
     }
+    if IS_PAPERS {
+        page += &other_benches();
+    }
     page += &format!("\n![Targets at 50 Hz]({NAME}.svg)\n");
     Ok(page)
+}
+
+/// The table of other benches, in each cell the three loops.
+fn other_benches() -> String {
+    let benches = [Bench::at(5.0), Bench::at(7.4), Bench::FITTED];
+    let [low, high, fitted] = benches.map(rows_of);
+    let mut table = format!(
+        "\nThe three loops at other voltages of the source, and with the fitted motor:\n\n\
+         | | 5.0 V | 7.4 V | {} |\n|---|---|---|---|\n",
+        fitted::NAME
+    );
+    for ((row, high), fitted) in low.into_iter().zip(high).zip(fitted) {
+        let cells = [row.1, high.1, fitted.1].map(|loops| loops.map(cell).join(" / "));
+        table += &format!("| {} | {} |\n", row.0, cells.join(" | "));
+    }
+    table
 }
 
 /// Whether the rates are those of the paper.
@@ -94,10 +114,11 @@ Object 2013h adds to the loop of the paper, in shares of 0.1 %:
 
 Object 2014h subtracts the error of the encoder once and twice a turn, here that of the plant.
 
-All are 0 by default; 2011h has to describe the motor. The third column has 4, and twice the gains: 60FBh:1
-of 16/s, 60F9h:1 x 2 and 60F9h:2 x 4, with less noise of the duty than the paper's loop. Here 1 and 2 are
-1000 and 3 is 132: half a count of quantisation, and a count of noise. Cyclic targets need 60C2h:1 at their
-interval. No loop has a bandwidth above the bound by voltage and winding.
+All are 0 by default; 2011h has to describe the motor. `tests/golden/options.csv` has the instructions of
+each. The third column has 4, and twice the gains: 60FBh:1 of 16/s, 60F9h:1 x 2 and 60F9h:2 x 4, with
+less noise of the duty than the paper's loop. Here 1 and 2 are 1000 and 3 is 132: half a count of quantisation,
+and a count of noise. Cyclic targets need 60C2h:1 at their interval. No loop has a bandwidth above the bound
+by voltage and winding.
 The margins are those of the loop that runs: a sine is added to the duty, so that the paths by encoder and
 back-EMF both count, up to 93 Hz.
 
