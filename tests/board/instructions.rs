@@ -257,15 +257,14 @@ const WITH_EVERYTHING: u64 = 9_000;
 type Object = (u16, u8, u32, u8);
 
 /// Objects that are 0 by default: feed-forward of velocity and model, the dead band, the observer
-/// of the rate, the correction of the encoder, the model beside the motor, offsets of velocity and
-/// torque, polarity, jerk-limited profiles.
-const EVERYTHING: [Object; 10] = [
+/// of the rate, the correction of the encoder, offsets of velocity and torque, polarity, jerk-limited
+/// profiles. The model of 2010h:2 runs outside the loop.
+const EVERYTHING: [Object; 9] = [
     (0x2013, 1, 1_000, 2),
     (0x2013, 2, 1_000, 2),
     (0x2013, 3, 132, 2),
     (0x2013, 4, 1, 1),
     (0x2014, 1, 500, 2),
-    (0x2010, 2, 1, 1),
     (0x60B1, 0, 5_000, 4),
     (0x60B2, 0, 10, 2),
     (0x607E, 0, 0xC0, 1),
@@ -291,7 +290,7 @@ fn modes(tick: u64, objects: &[Object]) -> Vec<Frame> {
     };
     let torque = (sign as i16 * 200) as u16;
     match tick {
-        8..=17 => {
+        8..=16 => {
             let object = objects.get(tick as usize - 8);
             let frame = |&(index, sub, value, size)| write(index, sub, value, size);
             object.map(frame).into_iter().collect()
