@@ -3,7 +3,7 @@
 use model_core::plant::board::BoardPlantOptions;
 
 use super::drive::Drive;
-use super::{Setup, fitted};
+use super::{SOURCE_V, Setup, fitted};
 
 /// A bench.
 #[derive(Debug, Clone, Copy, Default)]
@@ -33,6 +33,17 @@ impl Bench {
             source_v: Some(source_v),
             ..Self::USUAL
         }
+    }
+
+    /// Share of a duty of the usual bench that makes no greater current here, at a shaft at rest.
+    pub fn duty_share(self) -> f64 {
+        let usual = BoardPlantOptions::realistic(0).drivetrain.electrical;
+        let (motor, source_v) = match self.is_fitted {
+            true => (fitted::motor(), fitted::motor().supply_v),
+            false => (usual, self.source_v.unwrap_or(SOURCE_V)),
+        };
+        let usual_a = SOURCE_V / usual.winding_resistance_ohm;
+        (usual_a * motor.winding_resistance_ohm / source_v).min(1.0)
     }
 
     /// The drive of a seed, whose targets come so many ms apart.

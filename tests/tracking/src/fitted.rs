@@ -5,6 +5,7 @@ use firmware::parameters::{BoardParameters, ObjectValues};
 use host_sim::servo_bus::model;
 use model_core::plant::board::BoardPlantOptions;
 use model_core::plant::drivetrain::DrivetrainParameters;
+use model_core::plant::drivetrain::electrical::ElectricalParameters;
 use model_core::plant::drivetrain::load::LoadParameters;
 
 use crate::Setup;
@@ -44,6 +45,12 @@ fn parameters(drivetrain: &DrivetrainParameters) -> (BoardParameters, ObjectValu
     model.coulomb_friction_nm =
         (friction.coulomb_friction_nm + gear_train.bearing_friction_nm) as f32;
     (board, values)
+}
+
+/// The motor.
+pub fn motor() -> ElectricalParameters {
+    let servo = model(NAME).expect("a model");
+    servo.drivetrain(LoadParameters::default()).electrical
 }
 
 /// A drive with this motor. The gains of the rate loop are those of the paper by the rate that a

@@ -131,7 +131,7 @@ fn once((setup, bench): (&Setup, Bench), seed: u64, frequency_hz: f64) -> Comple
         let moved_deg = rate_deg_s(seed) * f64::from(since) * CONTROL_PERIOD_S;
         drive.target(START_DEG + moved_deg);
         let phase = TAU * frequency_hz * f64::from(since) * CONTROL_PERIOD_S;
-        let added_pct = amplitude_pct(frequency_hz) * phase.sin();
+        let added_pct = bench.duty_share() * amplitude_pct(frequency_hz) * phase.sin();
         let counts = (f64::from(PWM_COUNTS) * added_pct / 100.0).round();
         let (duty_pct, _) = drive.step_with(counts as i32);
         if since >= TRANSIENT {
