@@ -15,8 +15,8 @@ const CONSTANT: &str = "The back-EMF of runs at constant rate is proportional to
     is the torque constant. Residuals that grow with the rate in one direction show an eccentric \
     magnet, an offset shows dividers that differ.";
 
-const FRICTION: &str = "The torque of the runs, and Coulomb and viscous friction in each direction, \
-    which the changes of rate within a run correct.";
+const FRICTION: &str = "The torque of the runs, less that which accelerates the inertia, and Coulomb \
+    and viscous friction in each direction.";
 
 const EXCITATIONS: &str = "The chirp gives inertia and delay. The motor that it gives predicts the \
     multisine, of which only the first angle and a constant load are fitted.";
@@ -84,13 +84,18 @@ fn constant(findings: &Findings) -> Section {
 fn friction(findings: &Findings) -> Section {
     let mut runs = findings.constant_rates.clone();
     runs.sort_by(|a, b| a.rate_rad_s.total_cmp(&b.rate_rad_s));
-    let per_a = 1e3 * findings.back_emf_v_s.value;
+    let constant = findings.back_emf_v_s.value;
+    let inertia_kg_m2 = findings.dynamics.inertia_kg_m2.value;
     let mut panel = Panel::new("torque (mN m)");
     let Friction { upward, downward } = findings.friction;
     for (name, direction, sign) in [("upward", upward, 1.0), ("downward", downward, -1.0)] {
         let runs = runs.iter().filter(|run| run.rate_rad_s * sign > 0.0);
         let (rates, torques): (Vec<_>, Vec<_>) = runs
-            .map(|run| (run.rate_rad_s, per_a * run.current_a))
+            .map(|run| {
+                let accelerating_nm = inertia_kg_m2 * run.back_emf_change_v_s / constant;
+                let torque_nm = constant * run.current_a - accelerating_nm;
+                (run.rate_rad_s, 1e3 * torque_nm)
+            })
             .unzip();
         let line = rates.iter().map(|rate| {
             let viscous_nm = direction.viscous_nm_s.value * rate;

@@ -311,6 +311,7 @@ mod tests {
             mean: ConstantRate {
                 rate_rad_s: 2.0,
                 back_emf_v: 2.4 * gain,
+                back_emf_change_v_s: 0.0,
                 current_a: 0.0,
             },
             samples: vec![sample; 20],

@@ -37,6 +37,8 @@ pub struct ConstantRate {
     pub rate_rad_s: f64,
     /// Back-EMF, V.
     pub back_emf_v: f64,
+    /// Change of the back-EMF, V/s: the rate still settles.
+    pub back_emf_change_v_s: f64,
     /// Current, A.
     pub current_a: f64,
 }
@@ -155,6 +157,7 @@ fn steady(samples: &[Sample], rate_mdeg_s: i32, winding: &Winding) -> Option<Run
         mean: ConstantRate {
             rate_rad_s: slope_in_time(angles)?,
             back_emf_v: slope_in_time(flux_v_s(samples))?,
+            back_emf_change_v_s: slope_in_time(samples.iter().map(|sample| sample.back_emf_v))?,
             current_a: currents.sum::<f64>() / samples.len() as f64,
         },
         samples: samples.to_vec(),
