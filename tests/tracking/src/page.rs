@@ -64,7 +64,7 @@ fn other_benches() -> String {
 }
 
 /// Whether the rates are those of the paper.
-const IS_PAPERS: bool = CONTROL_RATE_HZ == 250;
+pub const IS_PAPERS: bool = CONTROL_RATE_HZ == 250;
 
 /// Name of the page.
 pub const NAME: &str = if IS_PAPERS {
@@ -117,9 +117,7 @@ Object 2014h subtracts the error of the encoder once and twice a turn, here that
 All are 0 by default; 2011h has to describe the motor. `tests/golden/options.csv` has the instructions of
 each. The third column has 4, and twice the gains: 60FBh:1 of 16/s, 60F9h:1 x 2 and 60F9h:2 x 4, with
 less noise of the duty than the paper's loop. Here 1 and 2 are 1000 and 3 is 132: half a count of quantisation,
-and a count of noise. Cyclic targets need 60C2h:1 at their interval. No loop has a bandwidth above the bound
-by voltage and winding.
-The margins are those of the loop that runs: a sine is added to the duty, so that the paths by encoder and
+and a count of noise. Cyclic targets need 60C2h:1 at their interval. The margins are those of the loop that runs: a sine is added to the duty, so that the paths by encoder and
 back-EMF both count, up to 93 Hz.
 
 Means of 10 drives with noise, friction, magnet and supply of their seeds, natively, of motions and steps
