@@ -117,8 +117,8 @@ Object 2014h subtracts the error of the encoder once and twice a turn, here that
 All are 0 by default; 2011h has to describe the motor. `tests/golden/options.csv` has the instructions of
 each. The third column has 4, and twice the gains: 60FBh:1 of 16/s, 60F9h:1 x 2 and 60F9h:2 x 4, with
 less noise of the duty than the paper's loop. Here 1 and 2 are 1000 and 3 is 132: half a count of quantisation,
-and a count of noise. Cyclic targets need 60C2h:1 at their interval. The margins are those of the loop that runs: a sine is added to the duty, so that the paths by encoder and
-back-EMF both count, up to 93 Hz.
+and a count of noise. Cyclic targets need 60C2h:1 at their interval. The margins are those of the loop that
+runs: a sine is added to the duty, so that the paths by encoder and back-EMF both count, up to 93 Hz.
 
 Means of 10 drives with noise, friction, magnet and supply of their seeds, natively, of motions and steps
 the greatest; the error is that of the shaft against the command at the same time, where nothing else is
