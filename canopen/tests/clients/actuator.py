@@ -114,7 +114,8 @@ class Transfers(Served):
         self.wait_for(lambda: sdo["Capture"]["Records captured"].raw > 600, "2.4 s of capture")
         sdo["Capture"]["Control"].raw = 0
         records, size = sdo["Capture"]["Records captured"].raw, sdo["Capture"]["Record size"].raw
-        self.assertEqual(size, 24)
+        # Seven signals.
+        self.assertEqual(size, 28)
         with sdo["Capture data"].open("rb", block_transfer=True, request_crc_support=True) as blocks:
             data = blocks.read()
         self.assertEqual(len(data), records * size)

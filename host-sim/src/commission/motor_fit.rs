@@ -128,6 +128,7 @@ pub struct Fitted {
 const INERTIA: &str = "motor_inertia_kg_m2";
 const DELAY: &str = "delay_s";
 const COULOMB: &str = "coulomb_friction_nm";
+const VISCOUS: &str = "viscous_friction_nm_s_deg";
 const BACKLASH: &str = "backlash_deg";
 
 impl Fitted {
@@ -206,7 +207,7 @@ impl Fitted {
             coulomb_nm: fitting(COULOMB).ok(),
             backlash_deg: determined(&here, BACKLASH).ok(),
             comparison: comparison(&experiment, &here),
-            values: [INERTIA, COULOMB, BACKLASH, DELAY]
+            values: [INERTIA, COULOMB, VISCOUS, BACKLASH, DELAY]
                 .into_iter()
                 .filter_map(|name| Some((name, here.value(name)?)))
                 .collect(),

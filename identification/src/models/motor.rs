@@ -209,7 +209,9 @@ impl Description for Motor {
 
     fn unmeasured(&self, recording: &Recording) -> Option<&'static str> {
         // The torque constant is found in proportion to it. A position loop has it in its gain.
-        let is_known = recording.supply_v.is_some() || recording.constants.contains_key("supply_v");
+        let mut measured = recording.supply_v.iter().flatten();
+        let is_known =
+            measured.any(|volts| volts.is_finite()) || recording.constants.contains_key("supply_v");
         (self.drive == Drive::Duty && !is_known).then_some("supply_v")
     }
 
