@@ -1,5 +1,5 @@
-//! A motor that is none of those near the paper's: that of a servo of another maker, with a twelfth
-//! of the inertia, a third of the torque constant and friction by the torque of the motor.
+//! A motor that is none of those near the paper's: that of a servo of another maker, with an eighth
+//! of the inertia, two fifths of the torque constant and friction by the torque of the motor.
 
 use model_core::plant::board::{BoardPlantOptions, Defects};
 use model_core::plant::drivetrain::DrivetrainParameters;
@@ -54,7 +54,7 @@ fn commissioned(friction: FrictionParameters, most_error: f64) -> Findings {
     found
 }
 
-/// The usual excitation leaves 60 % of error: the amplitude follows the wanted one.
+/// With Coulomb friction alone. The amplitude of the excitations follows the wanted error.
 #[test]
 fn gains_of_a_motor_of_another_type_have_the_margins_that_were_promised() {
     let friction = FrictionParameters {
