@@ -10,7 +10,7 @@ use super::bench::{LIMITS, client};
 use super::{Findings, Kept, find};
 use crate::servo_bus;
 
-/// What a bench with this friction of its gears gives, with relative standard errors below this one.
+/// What a bench with this friction of its gears gives, with relative standard errors below this.
 fn commissioned(friction: FrictionParameters, most_error: f64) -> Findings {
     let servo = servo_bus::model("xl330-m288").expect("a model");
     let drivetrain = DrivetrainParameters {
