@@ -1,7 +1,7 @@
 //! Requests that take more than a control period, and other requests in the meantime.
 
 use board_tests::frames::{
-    Frame, SAVE, abort, angles_cdeg, control, read, responses, write, write_real,
+    Frame, SAVE, abort, angles_cdeg, control, read, responses, standard, start, write, write_real,
 };
 use board_tests::master::driven;
 use board_tests::program::run_master;
@@ -75,4 +75,29 @@ fn a_stop_in_the_control_period_of_the_start_cancels_the_excitation() {
         accepted.iter().all(|bytes| bytes[0] == 0x60),
         "{accepted:x?}"
     );
+}
+
+/// An RPDO with the target point of the interpolated position mode, and three of its frames; then
+/// the number of points is read.
+fn points(tick: u64) -> Vec<Frame> {
+    match tick {
+        5 => vec![write(0x1403, 1, 0x8000_0501, 4)],
+        6 => vec![write(0x1603, 0, 0, 1)],
+        7 => vec![write(0x1603, 1, 0x60C1_0120, 4)],
+        8 => vec![write(0x1603, 0, 1, 1)],
+        9 => vec![write(0x1403, 1, 0x501, 4)],
+        20 => vec![start()],
+        30..33 => vec![standard(0x501, &1_000_u32.to_le_bytes())],
+        35 => vec![read(0x60C4, 4)],
+        _ => Vec::new(),
+    }
+}
+
+#[test]
+fn each_frame_of_a_mapped_point_appends_one() {
+    let finished = run_master(Options::for_ms(200), points);
+    let responses = responses(&finished);
+    let [command, low, high, sub, number, ..] = *responses.last().expect("a response");
+    assert_eq!((command, low, high, sub), (0x4b, 0xc4, 0x60, 4));
+    assert_eq!(number, 3);
 }

@@ -8,6 +8,7 @@
 
 use core::hash::{Hash, Hasher};
 
+use super::Targets;
 use crate::{
     check_value::check_value,
     command::excitation::{Run, Sample},
@@ -133,6 +134,9 @@ pub struct Commands {
     /// The sample of the running excitation that is due next, computed in advance, with the number
     /// of the request of that excitation.
     pub sample: (u8, Sample),
+    /// What a front end makes the targets of the commands from. The loop does not use it; here the
+    /// check value covers it.
+    pub targets: Targets,
 }
 
 /// All but the queue.
@@ -147,8 +151,10 @@ impl Hash for Commands {
             network_loss,
             restarts,
             sample,
+            targets,
         } = self;
         (newest, first, source, network_loss, restarts, sample).hash(state);
+        targets.hash(state);
     }
 }
 
@@ -170,6 +176,7 @@ impl Commands {
             network_loss: Numbered::new(false),
             restarts: 0,
             sample: (0, Sample::DEFAULT),
+            targets: Targets::default(),
         }
     }
 

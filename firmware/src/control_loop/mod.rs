@@ -21,6 +21,7 @@ mod failsafe;
 mod feed_forward;
 mod motion;
 mod parameters;
+mod targets;
 
 use canopen::cia402::{Axis, Cia402State, Mode};
 
@@ -29,6 +30,7 @@ pub(crate) use self::feed_forward::ForwardGains;
 pub use self::{
     commands::{Command, Commands, ExcitationRequest, Numbered},
     parameters::LoopParameters,
+    targets::Targets,
 };
 use self::{failsafe::Failsafe, feed_forward::Demanded};
 use crate::{

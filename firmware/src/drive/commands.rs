@@ -9,7 +9,7 @@ use super::Drive;
 use crate::{
     application::{BoardState, CommandSource},
     capture::{CaptureSettings, Signal, Trigger},
-    control_loop::{Command, ExcitationRequest, PERIOD_US, Polarity, ends_motion},
+    control_loop::{Command, ExcitationRequest, PERIOD_US, Polarity, Targets, ends_motion},
     dictionary::{DriveCommand, Measured},
     parameters::{ExcitationSettings, ObjectValue, Parameter},
     timing::thousandths,
@@ -31,7 +31,8 @@ impl Drive<'_> {
     /// The present value of a command.
     pub(super) fn command_value(&self, command: DriveCommand) -> u64 {
         use super::measured::signed;
-        let commands = self.messages.commands.unverified().newest();
+        let commands = self.messages.commands.unverified();
+        let (newest, targets) = (commands.newest(), &commands.targets);
         let sign = Polarity::of(&self.values);
         let position = |mdeg: i32| signed(mdeg.wrapping_mul(sign.position));
         let velocity = |mdeg_s: i32| signed(mdeg_s.wrapping_mul(sign.velocity));
@@ -45,15 +46,15 @@ impl Drive<'_> {
             DriveCommand::DownloadOffset => u64::from(self.download_offset()),
             // Write only.
             DriveCommand::ServicePassword | DriveCommand::ClearPoints => 0,
-            DriveCommand::Controlword => u64::from(commands.control),
-            DriveCommand::Mode => signed(i32::from(commands.mode as i8)),
-            DriveCommand::TargetPosition => position(self.targets.position),
-            DriveCommand::PositionOffset => position(self.targets.offset),
+            DriveCommand::Controlword => u64::from(newest.control),
+            DriveCommand::Mode => signed(i32::from(newest.mode as i8)),
+            DriveCommand::TargetPosition => position(targets.position),
+            DriveCommand::PositionOffset => position(targets.offset),
             DriveCommand::InterpolationPoint => position(self.points.last),
-            DriveCommand::TargetVelocity => velocity(commands.target_velocity_mdeg_s),
-            DriveCommand::VelocityOffset => velocity(commands.velocity_offset_mdeg_s),
-            DriveCommand::TargetTorque => torque(self.targets.torque),
-            DriveCommand::TorqueOffset => torque(self.targets.torque_offset),
+            DriveCommand::TargetVelocity => velocity(newest.target_velocity_mdeg_s),
+            DriveCommand::VelocityOffset => velocity(newest.velocity_offset_mdeg_s),
+            DriveCommand::TargetTorque => torque(targets.torque),
+            DriveCommand::TorqueOffset => torque(targets.torque_offset),
             DriveCommand::TouchProbe => u64::from(self.touch_probes.function()),
             DriveCommand::Commissioning => u64::from(self.commissioning),
             DriveCommand::AbortConnection => signed(self.abort_connection()),
@@ -101,9 +102,9 @@ impl Drive<'_> {
     /// Changes the command to the loop. While too many are queued, an SDO waits and an RPDO is
     /// refused.
     fn command(&mut self, object: DriveCommand, value: u64) -> Result<(), Abort> {
-        let before = *self.messages.commands.unverified().newest();
-        let mut command = before;
-        let mut targets = self.targets;
+        let commands = self.messages.commands.unverified();
+        let before = *commands.newest();
+        let (mut command, mut targets) = (before, commands.targets);
         let sign = Polarity::of(&self.values);
         let position = (value as i32).saturating_mul(sign.position);
         let velocity = (value as i32).saturating_mul(sign.velocity);
@@ -112,7 +113,7 @@ impl Drive<'_> {
             DriveCommand::Controlword => command.control = value as u16,
             DriveCommand::Mode => {
                 command.mode = Mode::from_code(value as i8).ok_or(Abort::Value)?;
-                let target = targets.of_mode(command.mode);
+                let target = targets.position_of_mode(command.mode);
                 command.target_position_mdeg = target.unwrap_or(command.target_position_mdeg);
                 command.target_torque_permille = targets.torque_of_mode(command.mode);
             }
@@ -125,7 +126,7 @@ impl Drive<'_> {
         }
         match object {
             DriveCommand::TargetPosition | DriveCommand::PositionOffset => {
-                let target = targets.of_mode(command.mode);
+                let target = targets.position_of_mode(command.mode);
                 target.into_iter().for_each(|it| command.set_position(it));
             }
             DriveCommand::TorqueOffset if !command.mode.is_cyclic() => {}
@@ -134,8 +135,7 @@ impl Drive<'_> {
             }
             _ => {}
         }
-        self.post_command(&command)?;
-        self.targets = targets;
+        self.post_command(&command, &targets)?;
         // Not by the same mode again, which an RPDO repeats with each point.
         if command.mode != before.mode {
             self.points.clear();
@@ -148,12 +148,18 @@ impl Drive<'_> {
         self.outputs.taken.command != self.messages.commands.unverified().number()
     }
 
-    fn post_command(&mut self, command: &Command) -> Result<(), Abort> {
+    /// Posts a command, made from these targets.
+    fn post_command(&mut self, command: &Command, targets: &Targets) -> Result<(), Abort> {
         let before = self.messages.commands.unverified().number();
         let (taken, joins) = (self.outputs.taken.command, self.has_queued);
         let commands = &mut self.messages.commands;
         let mut is_accepted = true;
-        commands.update(|it| is_accepted = it.set(command, joins, taken));
+        commands.update(|it| {
+            is_accepted = it.set(command, joins, taken);
+            if is_accepted {
+                it.targets = *targets;
+            }
+        });
         self.has_queued |= commands.unverified().number() != before;
         is_accepted.then_some(()).ok_or(Abort::NoResource)
     }
@@ -174,7 +180,8 @@ impl Drive<'_> {
         if !interpolates || passed_periods == 0 {
             return;
         }
-        let command = *self.messages.commands.unverified().newest();
+        let commands = self.messages.commands.unverified();
+        let (command, targets) = (*commands.newest(), commands.targets);
         if self.has_waiting_command() || command.mode != Mode::InterpolatedPosition {
             return;
         }
@@ -184,7 +191,7 @@ impl Drive<'_> {
             let mut command = command;
             command.set_position(point);
             // Nothing is queued: there is room.
-            let _ = self.post_command(&command);
+            let _ = self.post_command(&command, &targets);
         }
     }
 

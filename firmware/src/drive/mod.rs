@@ -23,11 +23,11 @@ mod front_end;
 mod measured;
 mod model;
 mod objects;
+mod points;
 mod service;
 mod servo_bus;
 mod store;
 mod stored;
-mod targets;
 #[cfg(test)]
 mod tests;
 mod touch_probe;
@@ -35,6 +35,7 @@ mod update;
 
 pub use device::{Device, RPDOS, TPDOS};
 pub use measured::Diagnostics;
+pub use points::Points;
 pub use servo_bus::{Elapsed, Maker as ServoMaker, Model as ServoModel, ServoBus};
 pub use stored::StoredParameters;
 pub use update::{Image, Slots, StageError, UpdateOrder};
@@ -55,7 +56,6 @@ use crate::{
 use model::MotorModel;
 use service::{ServiceAccess, ServiceState};
 use store::ParameterStore;
-use targets::{Points, Targets};
 use touch_probe::TouchProbes;
 use update::Update;
 
@@ -107,8 +107,8 @@ pub struct Drive<'a> {
     reported: FaultSet,
     capture: Capture<'a>,
     values: ObjectValues,
-    targets: Targets,
-    points: Points,
+    /// The points of the interpolated position mode that wait.
+    pub points: Points,
     touch_probes: TouchProbes,
     /// Object 2055h, by which a master and the program that commissions agree.
     commissioning: u8,
@@ -150,7 +150,6 @@ impl<'a> Drive<'a> {
             counters: [0; Counter::ALL.len()],
             reported: FaultSet::EMPTY,
             capture: Capture::new(buffer),
-            targets: Targets::default(),
             points: Points::default(),
             touch_probes: TouchProbes::default(),
             commissioning: 0,
@@ -248,7 +247,6 @@ impl<'a> Drive<'a> {
         self.messages.commands.update(Commands::restart);
         self.outputs.taken.command = self.messages.commands.unverified().number();
         self.messages.excitation.update(ExcitationRequest::stop);
-        self.targets = Targets::default();
         self.points = Points::default();
         self.touch_probes = TouchProbes::default();
         self.commissioning = 0;

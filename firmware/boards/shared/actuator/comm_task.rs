@@ -7,9 +7,7 @@ use canopen::{CanFrame, NmtState, NodeId};
 use drivers::can::AcceptedIds;
 use embedded_can::{Frame as _, Id};
 use firmware::{
-    check_value::Checked,
-    control_loop::Commands,
-    drive::{Device, ServoBus, StoredParameters},
+    drive::{Device, Messages, ServoBus, StoredParameters},
     timing::{COMMUNICATION_PERIODS, periods},
 };
 
@@ -155,19 +153,24 @@ impl CommTask {
         let repeated = process_data
             .filter(|_| is_canopen)
             .filter(|frame| !self.device.node().is_sync(frame.id()));
+        let requests = self.device.drive.messages.excitation.changes();
         let once = repeated.map(|frame| {
-            let before = self.device.drive.messages.commands;
+            let drive = &self.device.drive;
+            let (commands, points) = (drive.messages.commands, drive.points.waiting());
             self.device.receive(frame, now_us);
-            let once = check_values(&self.device.drive.messages.commands);
-            self.device.drive.messages.commands = before;
+            let drive = &mut self.device.drive;
+            let once = effect(&drive.messages, requests);
+            drive.messages.commands = commands;
+            drive.points.truncate(points);
             once
         });
+        let requests = self.device.drive.messages.excitation.changes();
         if let Some(frame) = self.queues.received.dequeue() {
             self.device.receive(&frame, now_us);
         }
-        let again = &mut self.device.drive.messages.commands;
-        if once.is_some_and(|once| once != check_values(again)) {
-            again.invalidate();
+        let messages = &mut self.device.drive.messages;
+        if once.is_some_and(|once| once != effect(messages, requests)) {
+            messages.commands.invalidate();
         }
         is_process_data
     }
@@ -201,9 +204,15 @@ impl CommTask {
     }
 }
 
-/// The check values of the commands: that of the message, and one of those of the queue.
-fn check_values(commands: &Checked<Commands>) -> (u32, u32) {
-    (commands.check(), commands.unverified().check_of_queue())
+/// What a frame has changed: the check value of the commands, one of those of their queue, and the
+/// number of requests of an excitation since there were so many.
+fn effect(messages: &Messages, requests: u32) -> (u32, u32, u32) {
+    let (commands, excitation) = (&messages.commands, &messages.excitation);
+    (
+        commands.check(),
+        commands.unverified().check_of_queue(),
+        excitation.changes().wrapping_sub(requests),
+    )
 }
 
 /// Whether a frame is no service: not NMT, SDO, the heartbeat of another node or LSS, whose

@@ -1,33 +1,17 @@
-//! The targets of position and torque: what the objects 607Ah, 60B0h and 60C1h, and 6071h and
-//! 60B2h, of each mode become.
+//! The points of the interpolated position mode, 60C1h.
 //!
-//! The points of the interpolated position mode wait here, and one is posted in each interpolation
-//! period: the loop moves to each within that time. It begins once two wait, or one has waited for
-//! a period: a master whose points come early or late by less than a period makes no pause.
-
-use canopen::cia402::Mode;
+//! They wait here, and one is posted in each interpolation period: the loop moves to each within
+//! that time. It begins once two wait, or one has waited for a period: a master whose points come
+//! early or late by less than a period makes no pause.
 
 /// Points of the buffer, 60C4h:1.
 const POINTS: usize = 16;
 
-/// Targets and offsets as they were written; positions as the axis counts them, mdeg.
+/// The points, as the axis counts them, mdeg.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Targets {
-    /// 607Ah.
-    pub position: i32,
-    /// 60B0h.
-    pub offset: i32,
-    /// 6071h.
-    pub torque: i16,
-    /// 60B2h.
-    pub torque_offset: i16,
-}
-
-/// The points of the interpolated position mode, as the axis counts them, mdeg.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Points {
+pub struct Points {
     /// 60C1h:1, written last.
-    pub last: i32,
+    pub(super) last: i32,
     points: [i32; POINTS],
     /// The number of points, the oldest first.
     waiting: usize,
@@ -37,36 +21,20 @@ pub(super) struct Points {
     waited_us: i32,
 }
 
-impl Targets {
-    /// The target position of a mode; `None` in the interpolated position mode, whose points are
-    /// targets when they are due.
-    pub fn of_mode(&self, mode: Mode) -> Option<i32> {
-        match mode {
-            Mode::InterpolatedPosition => None,
-            Mode::CyclicPosition => Some(self.position.saturating_add(self.offset)),
-            _ => Some(self.position),
-        }
-    }
-
-    /// The target torque of a mode; of a cyclic mode without one, the offset.
-    pub fn torque_of_mode(&self, mode: Mode) -> i16 {
-        match mode {
-            Mode::CyclicTorque => self.torque.saturating_add(self.torque_offset),
-            mode if mode.is_cyclic() => self.torque_offset,
-            _ => self.torque,
-        }
-    }
-}
-
 impl Points {
     /// Points that wait.
     pub fn waiting(&self) -> usize {
         self.waiting
     }
 
+    /// Discards the newest ones, so that at most so many wait.
+    pub fn truncate(&mut self, waiting: usize) {
+        self.waiting = self.waiting.min(waiting);
+    }
+
     /// Appends a point; returns false, without effect, if the buffer is full.
     #[must_use]
-    pub fn append(&mut self, point: i32) -> bool {
+    pub(super) fn append(&mut self, point: i32) -> bool {
         let free = self.points.get_mut(self.waiting);
         let is_accepted = free.map(|free| *free = point).is_some();
         if is_accepted {
@@ -77,12 +45,12 @@ impl Points {
     }
 
     /// Discards the points.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         (self.waiting, self.due_us, self.waited_us) = (0, None, 0);
     }
 
     /// Time passes while the loop interpolates; returns the point that is due.
-    pub fn next(&mut self, passed_us: i32, period_us: i32) -> Option<i32> {
+    pub(super) fn next(&mut self, passed_us: i32, period_us: i32) -> Option<i32> {
         let due_us = match self.due_us {
             Some(due_us) => due_us.saturating_sub(passed_us),
             None if self.waiting == 0 => return None,
@@ -146,17 +114,5 @@ mod tests {
         assert_eq!((points.waiting(), points.last), (16, 15));
         points.clear();
         assert_eq!((points.waiting(), points.next(4_000, 20_000)), (0, None));
-    }
-
-    #[test]
-    fn the_offset_counts_in_the_cyclic_mode_only() {
-        let targets = Targets {
-            position: 100,
-            offset: i32::MAX,
-            ..Targets::default()
-        };
-        assert_eq!(targets.of_mode(Mode::ProfilePosition), Some(100));
-        assert_eq!(targets.of_mode(Mode::CyclicPosition), Some(i32::MAX));
-        assert_eq!(targets.of_mode(Mode::InterpolatedPosition), None);
     }
 }
